@@ -195,7 +195,7 @@ ROLES = {
     "force-3": FORCE_COLOURS[2],
     "force-4": FORCE_COLOURS[3],
     "friction": VERMILION,
-    "cut": GREY,
+    "cord": EDGE,
     "paper": "#FFFFFF",
 }
 ROLES_ON_DARK = {
@@ -210,7 +210,7 @@ ROLES_ON_DARK = {
     "force-3": "#E3A3C7",
     "force-4": "#A9DBF7",
     "friction": "#FF8A3D",
-    "cut": "#A0A0A0",
+    "cord": "#E2E2E2",
     "paper": "#16181B",
 }
 PAGE = {

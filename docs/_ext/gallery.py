@@ -62,13 +62,17 @@ class Picture(NamedTuple):
 VIEWS = {
     "pulley": (
         "pulley_return",
-        {"response": "a pulley on a dry shaft: breakaway, slip, and rest again"},
+        {
+            "response": "a pulley on a dry shaft: breakaway, slip, and rest again",
+            "mechanism": "the pulley with its forces, and the friction circles of its shaft",
+        },
     ),
     "marble_machine": (
         "marble_machine",
         {
             "response": "a marble machine: channels over time, stick shaded",
             "torque": "its torques over the angle of the gear",
+            "mechanism": "the machine at an instant",
         },
     ),
     "epicyclic": (
@@ -97,7 +101,7 @@ VIEWS = {
     ),
 }
 # Of a view of an instant that is not the end, and of a body on the passive span, as in Kubas 2014.
-OPTIONS = {"friction_circle": "--time 0.8", "body": "--body 120"}
+OPTIONS = {"friction_circle": "--time 0.8", "body": "--body 120", "mechanism": "--time 1"}
 # By scenario: its kind, and further views or what else they show.
 MORE_VIEWS = {
     "lift": (

@@ -21,8 +21,7 @@ from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Scenario
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.scenario.overrides import Overrides
 
@@ -87,17 +86,17 @@ class Fit(FitOutcome, ResultBase):
             return Ending("done", "", code)
         return Ending("stopped", f"limit of {MAX_ITERATIONS} iterations reached", code)
 
-    def plot(self, *, ax: "Axes | None" = None) -> "Figure":
+    def plot(self, *, figure: "Figure | SubFigure | None" = None) -> "Figure":
         """Draw data, fit and residuals.
 
         Parameters
         ----------
-        ax : Axes, optional
-            Draw in the place of these axes, which are removed.
+        figure : Figure or SubFigure, optional
+            An empty one that is drawn into.
         """
         from frictionsim.plots.studies import fit_diagram
 
-        return fit_diagram(self, ax=ax)
+        return fit_diagram(self, figure=figure)
 
     def to_toml(self) -> str:
         """Return the fitted scenario as TOML, with comments on the keys and data of the fit."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from math import inf, isfinite
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -10,40 +11,107 @@ from pydantic import BeforeValidator, Field
 
 from frictionsim.api import result as results
 from frictionsim.api.result import result_or_sweep
+from frictionsim.api.result_names import names_of
 from frictionsim.api.sweep_result import Sweep, quantities_of
-from frictionsim.errors import ArgumentError, InputError
+from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.io.output_file import ANIMATIONS, PICTURE, check_apart, check_free
 from frictionsim.plots import (
     ALL,
-    check_applies,
-    check_overlaid,
-    check_view,
+    applicable,
+    check_several,
     draw,
-    draw_overlay,
+    draw_several,
+    view_of,
+    view_of_several,
     views_of,
-    views_of_overlay,
-    views_with_effects,
+    views_of_several,
 )
-from frictionsim.plots.overlay import Overlaid, check_overlay
-from frictionsim.plots.picture_file import check_format, check_picture, save
-from frictionsim.plots.style import Appearance
+from frictionsim.plots.style import (
+    SCREEN,
+    STYLES,
+    check_format,
+    check_picture,
+    drawn,
+    save,
+)
 from frictionsim.plots.sweep import draw_sweep
-from frictionsim.plots.view import Extent
-from frictionsim.scenario.options import as_list, as_path, by_name, text_of
+from frictionsim.scenario.options import Options, as_list, as_path, by_name, text_of
 from frictionsim.sweeps.statistics import is_defined
 
 if TYPE_CHECKING:
     import xarray
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.io.sweep_table import SweepTable
 
     PictureSource = results.Result | Sweep | xarray.Dataset | str | PathLike[str]
-    Drawings = Mapping[Path, Callable[[], Figure]]
+    Drawings = Mapping[Path, Callable[..., Any]]
 
 
 FIRST: tuple[None] = (None,)  # where no view is named
+UNITS = {"mm": 25.4, "cm": 2.54, "in": 1.0, "pt": 72.0}  # per inch
+MIN_LENGTH, MAX_LENGTH = 20.0 / 25.4, 2000.0 / 25.4  # inches
+MIN_DPI, MAX_DPI = 10.0, 10_000.0
+
+
+def _inches(text: Any) -> float:
+    """Return a length of a picture in inches."""
+    wanted = "expected a length with its unit (mm, cm, in or pt), e.g. 84mm"
+    if not isinstance(text, str):
+        raise ValueError(f"{wanted}, got {text!r:.60}")
+    unit = next((unit for unit in UNITS if text.strip().endswith(unit)), "")
+    try:
+        number = float(text.strip().removesuffix(unit))
+    except ValueError:
+        raise ValueError(f"{wanted}, got '{text:.60}'") from None
+    if not unit:
+        raise ValueError(f"{wanted}, got '{text:.60}' without a unit")
+    inches = number / UNITS[unit]
+    if not MIN_LENGTH <= inches <= MAX_LENGTH:  # also nan
+        limits = f"{MIN_LENGTH * UNITS[unit]:.4g} to {MAX_LENGTH * UNITS[unit]:.4g} {unit}"
+        raise ValueError(f"expected {limits}, got {text.strip():.60}")
+    return inches
+
+
+def _style(name: Any) -> Any:
+    if name not in STYLES:
+        raise ValueError(unknown("style", name, list(STYLES)))
+    return name
+
+
+def _window(given: Any) -> tuple[float | None, float | None]:
+    try:
+        start, stop = given
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"expected start and end in s, e.g. (0.5, 1.0), got {given!r:.60}"
+        ) from None
+    start, stop = _second(start), _second(stop)
+    if start is not None and stop is not None and start >= stop:
+        raise ValueError(f"expected a start before the end, got {start:g} s and {stop:g} s")
+    return start, stop
+
+
+def _second(value: Any) -> float | None:
+    if value is None:
+        return None
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = inf
+    if isinstance(value, str | bool) or not isfinite(number):
+        raise ValueError(f"expected a time in s, got {value!r:.60}")
+    return number
+
+
+def _channels(given: Any) -> tuple[str, ...]:
+    names = given.split(",") if isinstance(given, str) else given
+    if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"expected names of channels, e.g. angle,drive_force, got {given!r:.60}")
+    wanted = tuple(dict.fromkeys(name.strip() for name in names if name.strip()))
+    if not wanted:
+        raise ValueError("expected names of channels, e.g. angle,drive_force; got none")
+    return wanted
 
 
 def _views_given(given: Any) -> tuple[str, ...]:
@@ -54,18 +122,20 @@ def _views_given(given: Any) -> tuple[str, ...]:
     return tuple(views)
 
 
-class PlotOptions(Appearance, Extent):
-    """Options of `plot` and `animate`.
+Length = Annotated[float, BeforeValidator(_inches)]
+WHOLE = (None, None)
+
+
+class PlotOptions(Options):
+    """Options of `plot` and `animate`, as `plot` has them.
 
     Attributes
     ----------
     view : tuple of str
         Views of a result, also with commas between them; of a sweep quantities, one picture
         per entry. "all" draws each view or quantity.
-    body, at
-        As for `plot`.
-    fps, speed
-        As for `animate`.
+    width, height : float or None, inches
+        Given as a text, a number with its unit; None is that of the view.
     """
 
     view: Annotated[tuple[str, ...], BeforeValidator(_views_given)] = ()
@@ -73,6 +143,14 @@ class PlotOptions(Appearance, Extent):
     at: Annotated[
         dict[str, Any], BeforeValidator(by_name("KEY=VALUE, e.g. mechanism.load=2000", str))
     ] = Field({})
+    time: Annotated[float | None, BeforeValidator(_second)] = None
+    window: Annotated[tuple[float | None, float | None], BeforeValidator(_window)] = WHOLE
+    channels: Annotated[tuple[str, ...], BeforeValidator(_channels)] = ()
+    width: Length | None = None
+    height: Length | None = None
+    dpi: float | None = Field(None, ge=MIN_DPI, le=MAX_DPI)
+    title: bool = True
+    style: Annotated[str, BeforeValidator(_style)] = SCREEN
     fps: float | None = None
     speed: float | None = None
 
@@ -83,12 +161,27 @@ class PlotOptions(Appearance, Extent):
                 fit = " or ".join(other for other, names in APPLY.items() if name in names)
                 raise ArgumentError(name, f"it applies to {fit}, not to {drawn}")
 
+    @property
+    def shown(self) -> dict[str, Any]:
+        """What is given of the options of a view."""
+        given = {"time": self.time, "window": self.window, "channels": self.channels}
+        given["body"] = self.body
+        return {name: value for name, value in given.items() if value not in (None, WHOLE, ())}
 
-APPEARANCE_OPTIONS, SHOWN = set(Appearance.model_fields), set(Extent.model_fields)
+    def drawn(self, draw: Callable[..., Any], figure: "Figure | SubFigure | None" = None) -> Any:
+        """Return a figure that is drawn in this size and style, or the given one."""
+        sizes = {name: getattr(self, name) for name in ("width", "height", "dpi")}
+        if figure is not None:
+            for name in (name for name, given in sizes.items() if given):
+                raise ArgumentError(name, "is of a new picture; leave it out with a figure")
+        return drawn(draw, figure, **sizes, title=self.title, style=self.style)
+
+
+SIZES = {"width", "height", "dpi", "title", "style"}
 APPLY = {
-    "the result of a run": APPEARANCE_OPTIONS | SHOWN | {"view", "body"},
-    "several results": APPEARANCE_OPTIONS | SHOWN | {"view"},
-    "a sweep": APPEARANCE_OPTIONS | {"view", "at"},
+    "the result of a run": SIZES | {"view", "body", "time", "window", "channels"},
+    "several results": SIZES | {"view", "time", "window", "channels"},
+    "a sweep": SIZES | {"view", "at"},
     "an animation": {"fps", "speed"},
 }
 """The options that apply, by what is drawn."""
@@ -137,7 +230,7 @@ def save_pictures(
     (_, first), *others = results_by_name
     if others:
         options.check_for("several results")
-        return _save_overlays(overlaid(results_by_name), place, options)
+        return _save_several(results_by_name, place, options)
     if isinstance(first, Sweep):
         options.check_for("a sweep")
         return _save_sweep(first.table, place, options)
@@ -216,42 +309,58 @@ def _save_views(
     views, known = _views(options), views_of(result.kind)
     if views == [ALL]:
         place.check([_path_of(place.path, name) for name in known])
-        drawings = {}
-        for name, of in views_with_effects(result.record, options).items():
-            body, shown = options.body if of.body else None, of.applicable(options)
-            drawings[_path_of(place.path, name)] = partial(
-                draw, result.record, name, body, None, options, shown
-            )
+        drawings = {
+            _path_of(place.path, name): partial(draw, result.record, name, **given)
+            for name, given in applicable(result.record, options.shown).items()
+        }
         return _save(drawings, options, skips=True)
     for view in views:
-        check_view(result.kind, view)
-        check_applies(result.kind, view, options)
+        view_of(result.kind, view, options.shown)
     return _save(
         {
-            path: partial(draw, result.record, view, options.body, None, options, options)
+            path: partial(draw, result.record, view, **options.shown)
             for path, view in zip(place.of(views), views or FIRST, strict=True)
         },
         options,
     )
 
 
-def _save_overlays(
-    overlays: "Sequence[Overlaid]", place: _PictureTarget, options: PlotOptions
+def _save_several(
+    named: Sequence[tuple[str, Any]], place: _PictureTarget, options: PlotOptions
 ) -> SavedPictures:
-    views = _views(options)
-    kind = overlays[0].record.attributes["kind"]
-    check_overlay(overlays)
+    views, (records, names) = _views(options), _named_records(named)
+    kind = records[0].attributes["kind"]
     if views == [ALL]:
-        views = views_of_overlay(kind)
+        views = views_of_several(kind)
     for view in views:
-        check_overlaid(kind, view)
+        view_of_several(kind, view)
     return _save(
         {
-            path: partial(draw_overlay, overlays, view, None, options, options)
+            path: partial(_several, records, names, view, options)
             for path, view in zip(place.of(views), views or FIRST, strict=True)
         },
         options,
     )
+
+
+def _several(
+    records: Any, names: Any, view: str | None, options: PlotOptions, figure: Any = None
+) -> Any:
+    view_of(records[0].attributes["kind"], view, options.shown)
+    return draw_several(records, names, view, figure, options.channels, options.window)
+
+
+def _named_records(named: Sequence[tuple[str, Any]]) -> tuple[list[Any], list[str]]:
+    """Return the records of results of one kind, and what tells them apart."""
+    for name, one in named:
+        if not isinstance(one, results.Result):
+            raise InputError(
+                f"{name}: this is a sweep; only results of runs are drawn over each other; draw it"
+                " alone"
+            )
+    records, files = [one.record for _, one in named], [name for name, _ in named]
+    check_several(records, files)
+    return records, names_of(records, files)
 
 
 def _save_sweep(table: "SweepTable", place: _PictureTarget, options: PlotOptions) -> SavedPictures:
@@ -267,18 +376,19 @@ def _save_sweep(table: "SweepTable", place: _PictureTarget, options: PlotOptions
     else:
         paths = place.of(views)
     drawings = {
-        path: partial(draw_sweep, table, quantities_of(view), options.at, None, options)
+        path: partial(draw_sweep, table, quantities_of(view), options.at)
         for path, view in zip(paths, views or FIRST, strict=True)
     }
     return _save(drawings, options)._replace(skipped=reasons)
 
 
-def _save(drawings: "Drawings", appearance: Appearance, skips: bool = False) -> SavedPictures:
+def _save(drawings: "Drawings", options: PlotOptions, skips: bool = False) -> SavedPictures:
     """Write pictures; where it `skips`, those that can be drawn, of which there must be one."""
     saved = SavedPictures([], [])
     for path, draw_figure in drawings.items():
         try:
-            save(draw_figure(), path, appearance.dots_per_inch)
+            figure = options.drawn(draw_figure)
+            save(figure, path, figure.get_dpi())
             saved.pictures.append(path)
         except InputError as error:
             if not skips or isinstance(error, ArgumentError):
@@ -327,17 +437,17 @@ def animate(
     OutputError
         If the file cannot be written, or would replace another kind of file.
     """
-    from frictionsim.plots import animation
+    import frictionsim.plots.mechanism as moving
 
     options = PlotOptions.among(locals())
     target = as_path("animate", path)
     if no_clobber:
         check_free(target, ANIMATIONS[".gif"])
-    animation.check_animation(target)
+    moving.check_animation(target)
     if not isinstance(source, results.Result):
         source = results.open(as_path("result", source))
     name = str(source.path or "")
-    animation.animate(source.record, target, options.fps, options.speed, progress, name)
+    moving.animate(source.record, target, options.fps, options.speed, progress, name)
     return target
 
 
@@ -347,7 +457,7 @@ def plot(
     *,
     body: int | None = None,
     at: Mapping[str, Any] | None = None,
-    ax: "Axes | None" = None,
+    figure: "Figure | SubFigure | None" = None,
     width: str | None = None,
     height: str | None = None,
     dpi: float | None = None,
@@ -371,14 +481,15 @@ def plot(
         Number of the body of a belt, for the view `body`.
     at : mapping, optional
         Value to draw of a varied key, by key; of a grid.
-    ax : Axes, optional
-        Draw in the place of these axes, which are removed: a view may have several panels.
+    figure : Figure or SubFigure, optional
+        An empty one that is drawn into, as of ``figure.subfigures(1, 2)``; its figure should have
+        ``layout="constrained"``.
     width, height : str, optional
         Of the picture, e.g. ``"84mm"``; the text keeps its size in points.
     dpi : float, optional
         Dots per inch.
     style : str, optional
-        "paper", "talk", or "user" for the user's settings of matplotlib.
+        "screen" or "paper", with smaller type and thinner lines.
     title : bool
         False omits it.
     time : float, optional, s
@@ -400,26 +511,20 @@ def plot(
         or does not apply to the view.
     """
     options = PlotOptions.among(locals())
-    source = _sources(result)
-    if isinstance(source, list):
+    sources = list(result) if isinstance(result, list | tuple) else [result]
+    if not sources:
+        raise ArgumentError("result", "expected a result or several, got an empty list")
+    if len(sources) > 1:
         options.check_for("several results")
-        return draw_overlay(source, view, ax, options, options)
+        opened = [(_name(one, i), _one(one)) for i, one in enumerate(sources, 1)]
+        records, names = _named_records(opened)
+        return options.drawn(partial(_several, records, names, view, options), figure)
+    source = _one(sources[0])
     if isinstance(source, results.Result):
         options.check_for("the result of a run")
-        return draw(source.record, view, body, ax, options, options)
+        return options.drawn(partial(draw, source.record, view, **options.shown), figure)
     options.check_for("a sweep")
-    return draw_sweep(source, quantities_of(view), options.at, ax, options)
-
-
-def _sources(source: Any) -> "results.Result | SweepTable | list[Overlaid]":
-    """Return the result, the sweep, or the several named results to draw."""
-    if isinstance(source, list | tuple):
-        if not source:
-            raise ArgumentError("result", "expected a result or several, got an empty list")
-        if len(source) > 1:
-            return overlaid([(_name(one, i), _one(one)) for i, one in enumerate(source, 1)])
-        (source,) = source
-    return _one(source)
+    return options.drawn(partial(draw_sweep, source, quantities_of(view), options.at), figure)
 
 
 def _one(source: Any) -> "results.Result | SweepTable":
@@ -438,20 +543,3 @@ def _one(source: Any) -> "results.Result | SweepTable":
 def _name(source: Any, number: int) -> str:
     path = getattr(source, "path", source if isinstance(source, str | PathLike) else None)
     return str(path) if path is not None else f"result {number}"
-
-
-def overlaid(named: "Sequence[tuple[str, results.Result | SweepTable | Sweep]]") -> Any:
-    """Return several results to draw over each other.
-
-    Raises
-    ------
-    InputError
-        If there is a sweep among them.
-    """
-    for name, one in named:
-        if not isinstance(one, results.Result):
-            raise InputError(
-                f"{name}: this is a sweep; only results of runs are drawn over each other; draw it"
-                " alone"
-            )
-    return [Overlaid(name, one.record) for name, one in named if isinstance(one, results.Result)]

@@ -72,8 +72,8 @@ def _file_html(path: Path) -> str:
 def _costs_html(table: "CostTable", source: str) -> str:
     from frictionsim.api.studies import study_parts
     from frictionsim.document import Picture
-    from frictionsim.plots.picture_file import image_for_page
     from frictionsim.plots.studies import cost_diagram, drawable
+    from frictionsim.plots.style import image_for_page
     from frictionsim.reports.study_report import cost_page
 
     drawn = drawable(table)
@@ -96,9 +96,9 @@ def _sweep_html(sweep: Sweep) -> str:
 
 def _pictures_of_sweep(table: "SweepTable") -> "Iterator[Picture]":
     """Yield the pictures of a sweep: the first varying quantities together, then each alone."""
+    from frictionsim.api.pictures import plot
     from frictionsim.document import Picture
-    from frictionsim.plots.picture_file import image_for_page
-    from frictionsim.plots.sweep import draw_sweep
+    from frictionsim.plots.style import image_for_page
     from frictionsim.sweeps.statistics import is_constant, is_defined, sound_values
 
     defined = [name for name in table.values if is_defined(table, name)]
@@ -110,7 +110,11 @@ def _pictures_of_sweep(table: "SweepTable") -> "Iterator[Picture]":
     for names in [[], *([name] for name in drawn)]:
         title = ", ".join(names) or "The first quantities that vary"
         try:
-            yield Picture(title, image_for_page(draw_sweep(table, names)), "" if names else note)
+            yield Picture(
+                title,
+                image_for_page(plot(Sweep(table), ",".join(names) or None)),
+                "" if names else note,
+            )
         except InputError as refused:
             reason = refused.text if isinstance(refused, ArgumentError) else str(refused)
             if reason != reported:

@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from io import StringIO
 from os import PathLike
 from pathlib import Path
@@ -34,8 +34,7 @@ from frictionsim.scenario.arguments import as_path
 
 if TYPE_CHECKING:
     import xarray
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.api.sweep_result import Sweep
     from frictionsim.costs.error_estimate import Estimate
@@ -330,7 +329,11 @@ class Result(ResultBase):
             return None
 
     def plot(
-        self, view: str | None = None, *, body: int | None = None, ax: "Axes | None" = None
+        self,
+        view: str | None = None,
+        *,
+        body: int | None = None,
+        figure: "Figure | SubFigure | None" = None,
     ) -> "Figure":
         """Draw a view; `frictionsim.plot` has further options.
 
@@ -340,12 +343,14 @@ class Result(ResultBase):
             By default the first of the kind.
         body : int, optional
             Number of the body of a belt, for the view `body`.
-        ax : Axes, optional
-            Draw in the place of these axes, which are removed.
+        figure : Figure or SubFigure, optional
+            An empty one that is drawn into.
         """
         from frictionsim.plots import draw
+        from frictionsim.plots.style import drawn
 
-        return draw(self.record, view, body, ax=ax)
+        given: dict[str, Any] = {} if body is None else {"body": body}
+        return drawn(partial(draw, self.record, view, **given), figure)
 
     def parts(self) -> Document:
         """Yield the lines and tables of the summary, and its data."""

@@ -66,7 +66,7 @@ class ResultBase(ABC):
 
     def save_picture(self, path: str | PathLike[str]) -> Path:
         """Write the picture, by the suffix of the path: .png, .pdf or .svg."""
-        from frictionsim.plots.picture_file import save
+        from frictionsim.plots.style import save
 
         target = as_path("path", path)
         save(self.plot(), target)

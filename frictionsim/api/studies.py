@@ -21,8 +21,7 @@ from frictionsim.scenario.settings import Origin, Scenario
 
 if TYPE_CHECKING:
     import xarray
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.scenario.overrides import Overrides
 
@@ -149,17 +148,17 @@ class Study(ResultBase):
         write_csv(self.table, target)
         return target
 
-    def plot(self, *, ax: "Axes | None" = None) -> "Figure":
+    def plot(self, *, figure: "Figure | SubFigure | None" = None) -> "Figure":
         """Draw error against wall time and against evaluations of the right-hand side.
 
         Parameters
         ----------
-        ax : Axes, optional
-            Draw in the place of these axes, which are removed.
+        figure : Figure or SubFigure, optional
+            An empty one that is drawn into.
         """
         from frictionsim.plots.studies import cost_diagram
 
-        return cost_diagram(self.table, ax=ax)
+        return cost_diagram(self.table, figure=figure)
 
     def parts(self) -> Document:
         """Yield the reference uncertainty, the table and the recommendations, and their data."""

@@ -1,7 +1,7 @@
 """The result of a sweep: its table, its dataset and its summary."""
 
 from collections.abc import Iterator
-from functools import cached_property
+from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -51,8 +51,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import xarray
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.sweeps.sweep_csv import Writable
 
@@ -167,7 +166,7 @@ class Sweep(ResultBase):
         quantities: str | None = None,
         *,
         at: "Mapping[str, Any] | None" = None,
-        ax: "Axes | None" = None,
+        figure: "Figure | SubFigure | None" = None,
     ) -> "Figure":
         """Draw quantities; `frictionsim.plot` has further options.
 
@@ -177,12 +176,13 @@ class Sweep(ResultBase):
             Separated by commas; by default the first varying ones.
         at : mapping, optional
             Value to draw of a varied key, by key; of a grid.
-        ax : Axes, optional
-            Draw in the place of these axes, which are removed.
+        figure : Figure or SubFigure, optional
+            An empty one that is drawn into.
         """
+        from frictionsim.plots.style import drawn
         from frictionsim.plots.sweep import draw_sweep
 
-        return draw_sweep(self.table, quantities_of(quantities), at, ax=ax)
+        return drawn(partial(draw_sweep, self.table, quantities_of(quantities), at), figure)
 
     def equals(self, other: Any) -> bool:
         """Return whether another sweep or dataset has the same values and coordinates."""

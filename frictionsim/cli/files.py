@@ -244,7 +244,7 @@ def plot(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="paper, talk, or user for your matplotlibrc.",
+            help="screen or paper. [screen]",
         ),
     ] = None,
     animate: Annotated[

@@ -124,6 +124,8 @@ def log_on_stderr(verbose: int, quiet: bool = False) -> None:
     """
     import logging  # imported here: --help does without, which it would slow down by a tenth
 
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it says where it keeps its fonts
+
     class Lines(logging.Handler):
         """Prints records as messages; an unprintable one does not end the run."""
 

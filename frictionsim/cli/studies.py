@@ -80,7 +80,7 @@ class StudyFiles(NamedTuple):
             for option, path in given.items():
                 check_free(path, {"--csv": csv_kind, "--plot": PICTURE}.get(option, SCENARIO))
         if self.plot is not None:
-            from frictionsim.plots.picture_file import check_picture
+            from frictionsim.plots.style import check_picture
 
             check_picture(self.plot)
         if self.output is not None:

@@ -1,15 +1,10 @@
-"""The parts of a motion, and where they are over time; lengths in m, angles in rad.
+"""The parts of a mechanism in motion, frame by frame; lengths in m, angles in rad.
 
-Positions and angles between two frames are linear in time, states (`sticking`, `visible`) are those
-of the frame before. What is carried round a centre has a `carrier`, so that it stays on its circle
-between frames. Whoever draws a motion looks up colours by the name of a `role`.
+A frame is a sample of the result. Who draws a motion shows one frame after the other and looks up
+colours by the name of a `role` in `frictionsim.display.ROLES`.
 """
 
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
-
-import numpy as np
-
-from frictionsim.display import CONTACT_WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,19 +14,18 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.floating[Any]]
     Bools = npt.NDArray[np.bool_]
-    Numbers = npt.NDArray[np.int64]
+    Integers = npt.NDArray[np.int64]
     Bounds = tuple[float, float, float, float]
-
 
 ForceRole = Literal["force", "force-2", "force-3", "force-4"]
 Role = (
     ForceRole
-    | Literal["fixed", "still", "moving", "marked", "load", "path", "friction", "paper", "cut"]
+    | Literal["fixed", "still", "moving", "marked", "load", "path", "friction", "paper", "cord"]
 )
-"""The role of a part, which gives its colour: a shaft or hinge; a wheel that stands still; one
-that moves; what the eye follows, as a mark on a wheel; what hangs, rolls or is carried; a path; a
-friction force; a hole, or a line on something dark; the outline of what is beyond the picture;
-applied forces and couples, of which each of several has its own."""
+"""What a part is, which gives its colour: a shaft or hinge; a wheel that stands still; one that
+moves; what the eye follows, as a mark on a wheel; what hangs, rolls or is carried; a path; a
+friction force or reaction; a hole, or a line on something dark; a cord, belt or spring; applied
+forces and couples, of which each of several has its own."""
 FORCE_ROLES: tuple[ForceRole, ...] = get_args(ForceRole)
 
 
@@ -45,13 +39,12 @@ class Disc(NamedTuple):
     open: bool = False
 
 
-class Line(NamedTuple):
-    """Straight lines through points (n, 2), in the coordinates of their body."""
+class Outline(NamedTuple):
+    """Straight lines through points (n, 2), in the coordinates of their body; filled if closed."""
 
     points: "Array"
     role: Role
     closed: bool = False
-    """Closed lines are filled."""
 
 
 class Body(NamedTuple):
@@ -61,133 +54,111 @@ class Body(NamedTuple):
     ----------
     name : str
         For the key; empty if it is not in it.
-    shapes : tuple of Disc and Line
+    shapes : tuple of Disc and Outline
         From back to front.
     x, y : (frames,), m
         Position of the origin of its coordinates.
     angle : (frames,), rad
         Counter-clockwise, from the horizontal.
     visible : (frames,) of bool, optional
-    carrier : (frames,), rad, optional
-        Angle by which x and y are turned about the origin, as by a crank or gear.
     label : bool
-        Whether the name stands at its origin, not in the key.
+        The name stands at the origin, not in the key.
     """
 
     name: str
-    shapes: tuple[Disc | Line, ...]
+    shapes: tuple[Disc | Outline, ...]
     x: "Array"
     y: "Array"
     angle: "Array"
     visible: "Bools | None" = None
-    carrier: "Array | None" = None
     label: bool = False
 
 
-class Band(NamedTuple):
-    """A belt or cord: a line through n points, coloured by a value.
+class Line(NamedTuple):
+    """A belt, cord, spring, path, or the arc of a couple: a line through n points.
 
     Attributes
     ----------
     name : str
-    x, y : (frames, n), m
+    points : (frames, n, 2), m
+        Or (1, n, 2) of a line that stands still.
+    role : Role
     closed : bool
         Its last point is joined to its first one.
-    value : (frames, n) or None
-        Of the piece from point i - 1 to point i, as the channel `tension` of joints.
+    value : (frames, n), optional
+        Of the piece from point i - 1 to point i, by which it is coloured.
     quantity, unit : str
-        What the value is, for the scale of colours.
-    touching, sticking : (frames, n) of bool, or None
-        Which points touch a pulley, and which of these stick.
-    marks : (m,) of int, or None
-        Numbers of points that are marked, so that the eye sees the belt run.
-    patch : (n,) of bool, or None
+        What the value, or the size, is.
+    stuck : (frames, n) of int, optional
+        1 where a point sticks to a pulley, 0 where it slips on one, -1 where it touches none.
+    patch : (n,) of bool, optional
         Which points have a friction of their own.
-    travel : (frames,), m, or None
-        How far a cord has run along its line, which itself may stand still: it is drawn with marks
-        at distances `spacing` that run so far.
+    travel : (frames,), m, optional
+        How far a cord has run along its line, which itself may stand still: marks at distances
+        `spacing` from its first point run so far.
     spacing : float, m
-    role : Role or None
-        Of a line that is no cord, as the arc of a torque.
+        From mark to mark; the marks of a closed line stand at its own points, and run with it.
+    size : (frames,), optional
+        Of a couple of which the line is the arc, N m, positive counter-clockwise.
     """
 
     name: str
-    x: "Array"
-    y: "Array"
-    closed: bool
+    points: "Array"
+    role: Role
+    closed: bool = False
     value: "Array | None" = None
     quantity: str = ""
     unit: str = ""
-    touching: "Bools | None" = None
-    sticking: "Bools | None" = None
-    marks: "Numbers | None" = None
+    stuck: "Integers | None" = None
     patch: "Bools | None" = None
     travel: "Array | None" = None
     spacing: float = 0.0
-    role: Role | None = None
-
-
-class Trail(NamedTuple):
-    """The path of a point, drawn stronger behind the point than ahead of it.
-
-    Attributes
-    ----------
-    name : str
-    time : (n,), s
-        Its own, finer than the frames where the path needs it.
-    x, y : (n,), m
-    """
-
-    name: str
-    time: "Array"
-    x: "Array"
-    y: "Array"
+    size: "Array | None" = None
 
 
 class Arrow(NamedTuple):
-    """A force: an arrow from a point, as long as the scale of the motion says.
+    """A force, or bars for the forces on many points.
 
     Attributes
     ----------
     name : str
-    x, y : (frames,), m
-        Where it begins.
-    dx, dy : (frames,), m
-        To its tip.
+    foot : (frames, 2) or (frames, n, 2), m
+        Where it begins; n points for bars.
+    vector : like foot
+        In `unit`; its length in a drawing is that times the scale of the motion.
     role : Role
+    unit : str
     """
 
     name: str
-    x: "Array"
-    y: "Array"
-    dx: "Array"
-    dy: "Array"
+    foot: "Array"
+    vector: "Array"
     role: Role
+    unit: str = "N"
+
+    @property
+    def is_bars(self) -> bool:
+        """Whether these are bars, which have no heads."""
+        return self.foot.ndim > 2
 
 
-Part = Body | Band | Trail | Arrow
+Part = Body | Line | Arrow
 
 
 class Readout(NamedTuple):
-    """A number beside the drawing, such as an angle or a force.
+    """A number beside the drawing, such as an angle, or a word, such as what a contact does.
 
     Attributes
     ----------
-    name : str
-    unit : str
+    name, unit : str
     value : (frames,)
-    channel, member : str
-        The recorded channel that it is, and of which member of its axis; empty for none. A page
-        shows it as its charts do, from all samples.
-    words : dict of str
-        What is shown instead of a number: what a contact does.
+    words : mapping
+        What is shown instead of a number.
     """
 
     name: str
     unit: str
     value: "Array"
-    channel: str = ""
-    member: str = ""
     words: "Mapping[int, str]" = {}  # noqa: RUF012  the fields of a NamedTuple are read only
 
 
@@ -209,89 +180,16 @@ class Motion(NamedTuple):
         From back to front.
     bounds : tuple of float, m
         Of the drawing: left, right, bottom, top.
-    state : (frames,) of int or None
-        Of a mechanism with one contact: 0 sticks, 1 and -1 slip. What several contacts do is in
-        `readouts`.
+    scale : float, m/N
+        Length of an arrow or bar.
     readouts : tuple of Readout
     details : tuple of Detail
-        What is shown larger beside the whole.
+        What is shown larger below the whole.
     """
 
     time: "Array"
     parts: tuple[Part, ...]
     bounds: "Bounds"
-    state: "Numbers | None" = None
+    scale: float = 0.0
     readouts: tuple[Readout, ...] = ()
     details: tuple[Detail, ...] = ()
-
-
-class Moment(NamedTuple):
-    """A time of a motion: the frame before it, and how far it is from it to the next one."""
-
-    frame: int
-    fraction: float
-
-    def of(self, values: Any) -> Any:
-        """Return values per frame at this time, linear between frames."""
-        here = values[self.frame]
-        return here + self.fraction * (values[self.frame + 1] - here) if self.fraction else here
-
-
-def moment_of(times: "Array", time: float) -> Moment:
-    """Return the place of a time among increasing times; times outside are at the ends."""
-    if time >= times[-1]:
-        return Moment(len(times) - 1, 0.0)
-    frame = max(int(np.searchsorted(times, time, side="right")) - 1, 0)
-    fraction = (time - times[frame]) / (times[frame + 1] - times[frame])
-    return Moment(frame, min(max(float(fraction), 0.0), 1.0))
-
-
-def place_of(body: "Body", moment: Moment) -> tuple[float, float, float]:
-    """Return the position of the origin of a body, m, and its angle, rad."""
-    x, y, angle = (float(moment.of(values)) for values in (body.x, body.y, body.angle))
-    if body.carrier is not None:
-        turned = float(moment.of(body.carrier))
-        cosine, sine = np.cos(turned), np.sin(turned)
-        x, y = float(cosine * x - sine * y), float(sine * x + cosine * y)
-    return x, y, angle
-
-
-def is_visible(body: "Body", moment: Moment) -> bool:
-    """Return whether a body is visible."""
-    return body.visible is None or bool(body.visible[moment.frame])
-
-
-def line_of(band: "Band", moment: Moment) -> Any:
-    """Return the points of a belt or cord, (n, 2), m."""
-    return np.column_stack([moment.of(band.x), moment.of(band.y)]).astype(float)
-
-
-def path_until(trail: "Trail", time: float) -> Any:
-    """Return the path of a point up to a time, (n, 2), m."""
-    moment = moment_of(trail.time, time)
-    last = [[float(moment.of(trail.x)), float(moment.of(trail.y))]]
-    points = np.column_stack([trail.x[: moment.frame + 1], trail.y[: moment.frame + 1]])
-    return np.concatenate([points.astype(float), last])
-
-
-def shown_value(readout: "Readout", moment: Moment) -> float:
-    """Return the number of a read-out; a count is that of the frame before."""
-    return float(readout.value[moment.frame] if readout.unit == "1" else moment.of(readout.value))
-
-
-def shown_word(readout: "Readout", moment: Moment) -> str:
-    """Return the word of a read-out that has words: that of the frame before."""
-    return readout.words.get(int(readout.value[moment.frame]), "")
-
-
-def decimals_of(values: Any) -> int:
-    """Return the number of decimals of a read-out: four digits of its largest number."""
-    largest = float(np.max(np.abs(values), initial=0.0))
-    return max(0, 3 - int(np.floor(np.log10(largest)))) if largest > 0.0 else 3
-
-
-def state_word(motion: "Motion", moment: Moment) -> str:
-    """Return the mode of the one contact of a mechanism; empty if there is none or several."""
-    if motion.state is None:
-        return ""
-    return CONTACT_WORDS.get(int(motion.state[moment.frame]), "")

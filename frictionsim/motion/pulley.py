@@ -1,42 +1,34 @@
-"""A pulley on a dry shaft in motion, with its cord, its load and its forces.
+"""A pulley on a dry shaft in motion, with its cord, what hangs on it, and its forces.
 
-The load hangs on the right and rises where the pulley turns counter-clockwise; the force pulls the
-cord down on the left, or to the left from the top. Radii are true to scale, those of shaft and
-friction circles as well. The reaction of the shaft is drawn where it acts: at the distance
-`friction_torque / reaction` from the axis, so that it touches the kinetic friction circle while the
-pulley slips, and stays within the static one while it sticks.
-
-With masses on the cord, the car hangs on the right and rises where the pulley turns
-counter-clockwise. Travels longer than the picture allows are drawn smaller, by a round number that
-is shown. Marks run with the rope over the wheel, and ticks turn with the rim: where they pass each
-other the rope slips. A slack rope is a bow that is as long as the rope, until it is too wide.
+The load, or the car, hangs on the right and rises where the pulley turns counter-clockwise; the
+force pulls the cord down on the left, or to the left from the top. Radii are true to scale, those
+of shaft and friction circles as well; travels longer than the picture allows are drawn smaller.
+The reaction of the shaft is drawn where it acts: at the distance `friction_torque / reaction` from
+the axis, so that it touches the kinetic friction circle while the pulley slips, and stays within
+the static one while it sticks. Marks run with the cord over the wheel, and ticks turn with its rim:
+where they pass each other the cord slips.
 """
 
-from math import floor, log10, pi
+from math import pi
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.display import CONTACT_WORDS, MODE_WORDS, study_text
+from frictionsim.display import CONTACT_WORDS, MODE_WORDS
 from frictionsim.mechanisms.effects import friction_radius
-from frictionsim.motion.frames import (
-    Frames,
-    frames_with_events,
-    readouts_at,
-    required,
-    state_at,
-    values_at,
-)
-from frictionsim.motion.parts import Arrow, Band, Body, Detail, Disc, Line, Motion, Part, Readout
+from frictionsim.motion.parts import Arrow, Body, Detail, Line, Motion, Part, Readout
+from frictionsim.motion.samples import Samples
 from frictionsim.motion.shapes import (
     arc,
     block,
     bounds_of,
     enlarged_circles,
-    ray,
-    reaction_arrow,
+    points_of,
+    reaction,
+    scale_of,
     shaft_bodies,
     torque_arc,
+    vectors,
     wheel,
 )
 from frictionsim.results import SLACK, TAUT
@@ -46,133 +38,165 @@ if TYPE_CHECKING:
     from frictionsim.motion.parts import Array
     from frictionsim.results import Record
 
-
 # In radii of the pulley.
-MAX_TRAVEL = 3.2  # of car or counterweight that is drawn
+TRAVEL = 3.2  # the longest that is drawn
+HIGHEST, BLOCK = 1.6, 0.9  # of what hangs on the cord, below the axis; its side
+ARROW, ARC = 2.0, 0.62  # length of the largest force; radius of the arc of the drive
+SPACING = 2.0 * pi / 12.0  # of marks on the cord, as of ticks at the rim
+DRAWN_SHAFT = 0.06  # of a shaft whose friction is not simulated
+WINDOW = 2.5  # of the static friction circle: half the side of what is shown larger
 MAX_BOW = 0.9  # of a slack rope
-WINDOW = 2.5  # of the radius of the static friction circle: what is shown larger
-TICKS = 12  # around the rim, and as far apart the marks on the rope
-BOW_POINTS = 25
+ROUNDOFF = 1e-9  # of a gap
+BOW_POINTS = 13
 CAR, COUNTERWEIGHT = 1, 2  # bits of the channel `slack`
-SHOWN_FORCES: tuple[str, ...] = (
-    *("rope_tension_car", "rope_tension_counterweight", "shaft_reaction"),
-    *("drive_force", "drive_torque", "friction_torque"),
-)
-ROUNDOFF = 1e-9  # of a gap, in radii of the pulley
 TAUT_OR_SLACK = {0: MODE_WORDS[TAUT], 1: MODE_WORDS[SLACK]}
+MARGIN = 0.25
+READOUTS = {
+    "angle": "angle",
+    "angular_velocity": "angular velocity",
+    "car_position": "car, height above start",
+    "car_velocity": "car, velocity",
+    "cord_slip": "slip of the cord",
+    "friction_torque": "friction torque",
+}
 
 
-class Rope(NamedTuple):
-    """A side of the rope and its load.
+class _Hanging(NamedTuple):
+    """What hangs on a side of the cord.
 
     Attributes
     ----------
     side : int
         1 right, -1 left.
     height : (frames,), m
-        Of the upper edge of what hangs on it, relative to the axis.
+        Of its upper edge, relative to the axis.
     gap : (frames,), m
-        How much longer the rope is than the distance from the wheel; 0 taut.
-    scale : float
-        Ratio of travels to their drawn lengths.
+        How much longer the cord is drawn than the distance from the wheel; 0 taut.
     """
 
     side: int
     height: "Array"
     gap: "Array"
-    scale: float
 
 
-class ShaftRadii(NamedTuple):
-    """Radii of the shaft and of its friction circles, m."""
-
-    shaft: float
-    static: float
-    kinetic: float
-
-
-def _journal(result: "Record") -> ShaftRadii | None:
-    """Return the radii of a shaft with friction; None without it."""
-    if "shaft_friction" not in scenario_of(result).get("effects", {}):
-        return None
-    shaft, mu_s, mu_k = (
-        float(scenario_value(result, "effects", "shaft_friction", key))
-        for key in ("shaft_radius", "mu_s", "mu_k")
-    )
-    return ShaftRadii(shaft, friction_radius(shaft, mu_s), friction_radius(shaft, mu_k))
+def motion(record: "Record") -> Motion:
+    """Return the motion of a result."""
+    at, radius = Samples(record), float(scenario_value(record, "mechanism", "cord_radius"))
+    effects = scenario_of(record).get("effects", {})
+    with_masses = "hanging_masses" in effects
+    lines, loads, forces, more = (_lift if with_masses else _hoist)(at, radius)
+    journal, details = _shaft(at, radius)
+    wheels = [Body("pulley", wheel(radius, hub=0.0), at.still, at.still, at["angle"]), *journal]
+    scale = scale_of(forces, ARROW * radius)
+    parts = (*lines, *wheels, *loads, *forces)
+    bounds = bounds_of(parts, radius, MARGIN * radius, scale)
+    readouts = (*more, *at.readouts(READOUTS))
+    return Motion(at.time, parts, bounds, scale, readouts, details)
 
 
-def _shaft(journal: ShaftRadii | None, radius: float, still: "Array", least: float) -> list[Part]:
-    """Return the shaft, true to scale if its friction is simulated, and its friction circles.
+_Drawn = tuple[list[Part], list[Part], list[Part], list[Readout]]
+"""Cords, what hangs on them, forces, and readouts."""
 
-    Circles up to a radius `least`, m, are left out.
+
+def _hoist(at: Samples, radius: float) -> _Drawn:
+    """Return a load that a force or torque lifts."""
+    horizontal = scenario_of(at.record).get("drive", {}).get("direction") == "horizontal"
+    travel = radius * (at["angle"] - float(at.record.channels["angle"][0]))
+    (height,), smaller = _heights([travel], radius)
+    pulled = HIGHEST * radius + height - height.min()  # how far its end is from the wheel
+    end = (-pulled, radius) if horizontal else (-radius, -pulled)
+    over = arc(radius, 0.0, 0.5 * pi if horizontal else pi)
+    points = points_of((radius, height), *over, end)
+    # Marks run from the load on, which itself moves.
+    run = travel - (height - height[0])
+    lines: list[Part] = [Line("cord", points, "cord", travel=run, spacing=SPACING * radius)]
+    side, weight = BLOCK * radius, float(scenario_value(at.record, "mechanism", "load"))
+    shape = (block(side, side, "load"),)
+    loads: list[Part] = [Body(_named("load", smaller), shape, at.still + radius, height, at.still)]
+    foot = vectors(radius, height - side)
+    forces: list[Part] = [Arrow("weight of the load", foot, vectors(at.still, -weight), "load")]
+    if "drive_force" in at or "drive_torque" in at:
+        force = at["drive_force"] if "drive_torque" not in at else at.still
+        if "drive_torque" in at:
+            forces += torque_arc("torque of the drive", at["drive_torque"], ARC * radius)
+        else:
+            pull = (-force, at.still) if horizontal else (at.still, -force)
+            forces.append(Arrow("drive force", vectors(*end), vectors(*pull), "force"))
+        if "friction_torque" in at:
+            up = (force, at.still + weight) if horizontal else (at.still, force + weight)
+            forces.append(reaction(*up, at["friction_torque"]))
+    return lines, loads, forces, [*at.contact(), Readout("travel of the load", "m", travel)]
+
+
+def _lift(at: Samples, radius: float) -> _Drawn:
+    """Return a car and a counterweight."""
+    car, other = at["car_position"], at["counterweight_position"]
+    effects = scenario_of(at.record).get("effects", {})
+    turned = at["angle"] - _start_angle(at.record)
+    rope = car if "cord_friction" in effects else radius * turned
+    heights, smaller = _heights([car, other], radius)
+    gaps = (_gap(car - rope, radius), _gap(other + rope, radius))
+    sides = [_Hanging(s, h, g / smaller) for s, h, g in zip((1, -1), heights, gaps, strict=True)]
+    run = rope + radius * _start_angle(at.record)
+    over = points_of(*arc(radius, 0.0, pi))
+    marks: dict[str, Any] = {"travel": run, "spacing": SPACING * radius}
+    lines: list[Part] = [Line("rope", over, "cord", **marks)]
+    lines += [Line("rope", hanging(each, radius), "cord") for each in sides]
+    masses, loads, forces = effects["hanging_masses"], list[Part](), list[Part]()
+    roles: Any = ("load", "still")
+    for each, name, role in zip(sides, ("car", "counterweight"), roles, strict=True):
+        x, size = at.still + each.side * radius, BLOCK * radius
+        if float(masses.get(name, 0.0)) > 0.0:
+            shape = block(size * (1.0 if each.side > 0 else 0.7), size, role)
+            loads.append(Body(_named(name, smaller), (shape,), x, each.height, at.still))
+        if f"rope_tension_{name}" in at:
+            pull = vectors(at.still, -at[f"rope_tension_{name}"])
+            forces.append(Arrow(f"tension, {name}", vectors(x, 0.0), pull, "path"))
+    if "drive_force" in at:
+        edge = BLOCK * radius if float(masses.get("counterweight", 0.0)) > 0.0 else 0.0
+        foot = vectors(-radius, sides[1].height - edge)
+        pull = vectors(at.still, -at["drive_force"])
+        forces.append(Arrow("drive force", foot, pull, "force"))
+    if "drive_torque" in at:
+        forces += torque_arc("torque of the drive", at["drive_torque"], ARC * radius)
+    if "shaft_reaction" in at:
+        torque = at.get("friction_torque", at.still)
+        forces.append(reaction(at.still, at["shaft_reaction"], torque))
+    return lines, loads, forces, _states(at, gaps)
+
+
+def _states(at: Samples, gaps: "tuple[Array, Array]") -> list[Readout]:
+    """Return the modes of shaft, cord and ropes."""
+    states = list(at.contact("shaft"))
+    if "cord_mode" in at:
+        mode = at["cord_mode"].astype(float)
+        states.append(Readout("cord on the pulley", "1", mode, CONTACT_WORDS))
+    for bit, name, gap in zip((CAR, COUNTERWEIGHT), ("car", "counterweight"), gaps, strict=True):
+        if "slack" in at:
+            slack = ((at["slack"] & bit) != 0).astype(float)
+            states.append(Readout(f"rope of the {name}", "1", slack, TAUT_OR_SLACK))
+        if gap.any():
+            states.append(Readout(f"slack rope, {name}", "m", gap))
+    return states
+
+
+def _heights(travels: "list[Array]", radius: float) -> "tuple[list[Array], float]":
+    """Return the upper edges of what hangs on the cord, and how much smaller travels are drawn.
+
+    Each is highest at HIGHEST radii below the axis.
     """
-    if journal is None:
-        return shaft_bodies(DRAWN_SHAFT * radius, still)
-    circles = (journal.static, journal.kinetic)
-    return shaft_bodies(journal.shaft, still, *(size if size > least else 0.0 for size in circles))
+    smaller = max(1.0, *(float(np.ptp(travel)) / (TRAVEL * radius) for travel in travels))
+    heights = [-HIGHEST * radius + (travel - travel.max()) / smaller for travel in travels]
+    return heights, smaller
 
 
-def _friction_circles(journal: ShaftRadii | None) -> tuple[Detail, ...]:
-    """Return the enlarged detail, if the scenario has friction of the shaft."""
-    if journal is None:
-        return ()
-    return enlarged_circles(min(1.1 * journal.shaft, WINDOW * journal.static))
+def _named(name: str, smaller: float) -> str:
+    return f"{name} (travel drawn 1 : {smaller:.3g})" if smaller > 1.0 else name
 
 
-def motion_with_masses(result: "Record") -> Motion:
-    """Return the motion of a result of a pulley with hanging masses."""
-    frames = frames_with_events(result)
-    radius = float(scenario_value(result, "mechanism", "cord_radius"))
-    angle = values_at(result, "angle", frames)
-    car = values_at(result, "car_position", frames)
-    other = values_at(result, "counterweight_position", frames)
-    rim = radius * (angle - _start_angle(result))
-    slips = "cord_friction" in scenario_of(result).get("effects", {})
-    rope = car if slips else rim
-    scale = drawn_scale(max(float(np.ptp(car)), float(np.ptp(other))), radius)
-    ropes = (
-        _rope(1, car, _gap(car - rope, radius), scale, radius),
-        _rope(-1, other, _gap(other + rope, radius), scale, radius),
-    )
-    still, journal = np.zeros_like(frames.time), _journal(result)
-    parts: list[Part] = [
-        *_lines(ropes, rope + radius * _start_angle(result), radius),
-        Body("pulley", _sheave(radius), still, still, angle),
-        *_shaft(journal, radius, still, least=0.0),
-        *_blocks(result, ropes, radius),
-        *_forces_with_masses(result, frames, ropes, radius),
-    ]
-    readouts = _readouts(result, frames, (ropes[0].gap, ropes[1].gap))
-    bounds = bounds_of(parts, radius, 0.25 * radius)
-    details = _friction_circles(journal)
-    return Motion(frames.time, tuple(parts), bounds, None, tuple(readouts), details)
-
-
-def _start_angle(result: "Record") -> float:
-    mechanism = scenario_of(result).get("mechanism", {})
+def _start_angle(record: "Record") -> float:
+    mechanism = scenario_of(record).get("mechanism", {})
     return float(np.radians(mechanism.get("initial_angle_deg", 0.0)))
-
-
-def drawn_scale(travel: float, radius: float) -> float:
-    """Return the scale 1 : n of a travel in the drawing: 1, or 2, 5 or 10 times a power of ten.
-
-    Parameters
-    ----------
-    travel, radius : float, m
-        The longest travel of car and counterweight; of the pulley.
-    """
-    needed = travel / (MAX_TRAVEL * radius)
-    if needed <= 1.0:
-        return 1.0
-    power = 10.0 ** floor(log10(needed))
-    return next(step * power for step in (1.0, 2.0, 5.0, 10.0) if needed <= step * power)
-
-
-def _rope(side: int, position: "Array", gap: "Array", scale: float, radius: float) -> Rope:
-    """Return a side of the rope; its mass is at the upper edge when it is highest."""
-    height = -HIGHEST * radius + (position - position.max()) / scale
-    return Rope(side, height, gap, scale)
 
 
 def _gap(difference: "Array", radius: float) -> "Array":
@@ -180,260 +204,26 @@ def _gap(difference: "Array", radius: float) -> "Array":
     return np.where(difference > ROUNDOFF * radius, difference, 0.0)
 
 
-def _sheave(radius: float) -> tuple[Disc | Line, ...]:
-    """Return the wheel with ticks at its rim."""
-    turns = 2.0 * pi / TICKS * np.arange(TICKS)
-    ticks = (ray(float(turn), 0.88 * radius, radius, "fixed") for turn in turns)
-    return (*wheel(radius, hub=0.0), *ticks)
-
-
-def _lines(ropes: tuple[Rope, Rope], run: "Array", radius: float) -> list[Part]:
-    """Return the rope: over the wheel with marks that run so far, and its two hanging sides."""
-    over = arc(radius, 0.0, pi)
-    x, y = (np.tile(values, (len(run), 1)) for values in over.T)
-    spacing = 2.0 * pi / TICKS * radius
-    parts: list[Part] = [Band("rope", x, y, closed=False, travel=run, spacing=spacing)]
-    for rope in ropes:
-        x, y = hanging(rope, radius)
-        if rope.scale == 1.0:  # marks continue from the wheel down: half a turn is 6 spacings
-            down = -rope.side * run
-            parts.append(Band("rope", x, y, closed=False, travel=down, spacing=spacing))
-        else:
-            parts.append(Band("rope", x, y, closed=False))
-    return parts
-
-
-def hanging(rope: Rope, radius: float) -> "tuple[Array, Array]":
-    """Return a side of the rope from the wheel down, (frames, points), m.
-
-    A slack rope bows outwards by a sin^2 that makes it longer by its gap.
-    """
+def hanging(rope: _Hanging, radius: float) -> "Array":
+    """Return a side of the rope from the wheel down, (frames, points, 2), m; a slack one bows."""
     down = np.linspace(0.0, 1.0, BOW_POINTS if rope.gap.any() else 2)
     length = -rope.height
-    bow = np.minimum(length * _bow_of(rope.gap / rope.scale / length), MAX_BOW * radius)
-    x = rope.side * (radius + bow[:, None] * np.sin(pi * down) ** 2)
-    return x, -length[:, None] * down
+    # A parabola of the depth s is longer than its chord by about 8 s^2/(3 length).
+    bow = np.minimum(np.sqrt(0.375 * length * rope.gap), MAX_BOW * radius)
+    x = rope.side * (radius + 4.0 * bow[:, None] * down * (1.0 - down))
+    return np.stack([x, -length[:, None] * down], axis=-1)
 
 
-def _bow_of(excess: "Array") -> "Array":
-    """Return the height of a bow of length 1 + excess over a distance of 1, by a table."""
-    bows = np.concatenate([[0.0], np.geomspace(1e-6, 10.0, 300)])
-    at = (np.arange(200) + 0.5) / 200
-    lengths = np.sqrt(1.0 + (bows[:, None] * pi * np.sin(2.0 * pi * at)) ** 2).mean(axis=1)
-    # Nearly quadratic for small bows.
-    heights = np.interp(np.sqrt(np.maximum(excess, 0.0)), np.sqrt(lengths - 1.0), bows)
-    return np.asarray(heights)
-
-
-def _blocks(result: "Record", ropes: tuple[Rope, Rope], radius: float) -> list[Part]:
-    """Return car and counterweight; without a counterweight nothing hangs on the left."""
-    side, still = BLOCK * radius, np.zeros_like(ropes[0].height)
-    scale = ropes[0].scale
-    words = "" if scale == 1.0 else f" (height 1 : {study_text(scale)})"
-    shapes = {
-        "car": (ropes[0], block(side, side, "load")),
-        "counterweight": (ropes[1], block(0.7 * side, side, "still")),
-    }
-    masses = scenario_of(result).get("effects", {}).get("hanging_masses", {})
-    return [
-        Body(f"{name}{words}", (shape,), still + rope.side * radius, rope.height, still)
-        for name, (rope, shape) in shapes.items()
-        if float(masses.get(name, 0.0)) > 0.0
-    ]
-
-
-def _forces_with_masses(
-    result: "Record", frames: Frames, ropes: tuple[Rope, Rope], radius: float
-) -> list[Part]:
-    """Return tensions, reaction, and force or torque of the drive, forces on one scale."""
-    forces = {
-        name: values_at(result, name, frames) for name in SHOWN_FORCES if name in result.channels
-    }
-    zero, parts = np.zeros_like(frames.time), list[Part]()
-    sizes = [np.abs(v).max() for name, v in forces.items() if not name.endswith("torque")]
-    largest = max(map(float, sizes), default=0.0)
-    scale = ARROW * radius / largest if largest > 0.0 else 0.0
-    for rope, name in zip(ropes, ("car", "counterweight"), strict=True):
-        tension = forces.get(f"rope_tension_{name}")
-        if tension is not None:
-            foot = zero + rope.side * radius
-            parts.append(Arrow("tension of the rope", foot, zero, zero, -scale * tension, "path"))
-    edge = BLOCK * radius
-    if "drive_force" in forces:
-        masses = scenario_of(result).get("effects", {}).get("hanging_masses", {})
-        foot = ropes[1].height - (edge if masses.get("counterweight", 0.0) > 0.0 else 0.0)
-        pull = -scale * forces["drive_force"]
-        parts.append(Arrow("drive force", zero - radius, foot, zero, pull, "force"))
-    if "drive_torque" in forces:
-        parts += torque_arc("torque of the drive", forces["drive_torque"], ARC_OF_TORQUE * radius)
-    if "shaft_reaction" in forces:
-        torque = forces.get("friction_torque", zero)
-        parts.append(reaction_arrow((zero, forces["shaft_reaction"]), torque, scale))
-    return parts
-
-
-def _readouts(result: "Record", frames: Frames, gaps: "tuple[Array, Array]") -> list[Readout]:
-    """Return the modes of shaft, cord and ropes, and the numbers beside the drawing."""
-    readouts, state = list[Readout](), state_at(result, frames)
-    if state is not None:
-        readouts.append(Readout("shaft", "1", state.astype(float), words=CONTACT_WORDS))
-    if "cord_mode" in result.channels:
-        mode = values_at(result, "cord_mode", frames)
-        readouts.append(Readout("cord on the pulley", "1", mode.astype(float), words=CONTACT_WORDS))
-    if "slack" in result.channels:
-        flags = values_at(result, "slack", frames)
-        for bit, name in ((CAR, "rope of the car"), (COUNTERWEIGHT, "rope of the counterweight")):
-            slack = (flags & bit) != 0
-            readouts.append(Readout(name, "1", slack.astype(float), words=TAUT_OR_SLACK))
-    names = {
-        "angle": "angle",
-        "angular_velocity": "angular velocity",
-        "car_position": "car, height above start",
-        "car_velocity": "car, velocity",
-        "cord_slip": "slip of the cord",
-        "rope_tension_car": "tension, car",
-        "rope_tension_counterweight": "tension, counterweight",
-        "drive_force": "drive force",
-        "drive_torque": "drive torque",
-        "friction_torque": "friction torque",
-    }
-    readouts += readouts_at(result, names, frames)
-    for gap, name in zip(gaps, ("car", "counterweight"), strict=True):
-        if gap.any():
-            readouts.append(Readout(f"slack rope, {name}", "m", gap))
-    return readouts
-
-
-DRAWN_SHAFT = 0.06  # of the pulley's radius: a shaft that the scenario does not have is drawn so
-# Of the pulley's radius: a smaller friction circle is a dot, and left out where none is enlarged.
-CIRCLE_SEEN = 0.02
-# In radii of the pulley.
-HIGHEST = 1.6  # of what hangs on the cord, below the axis
-BLOCK, ARROW = 0.9, 2.0  # side of what hangs on the cord; length of the largest force
-ARC_OF_TORQUE = 0.62  # of the drive
-
-
-# In radii of the pulley.
-TRAVEL = 2.5  # of the load: the longest travel that is drawn
-CORD_MARK = 0.5  # between marks on the cord
-
-
-class _CordEnds(NamedTuple):
-    """Where load and pulled end are, (frames,) in m.
-
-    Attributes
-    ----------
-    height : y of the load's upper edge, at most `HIGHEST` radii below the axis.
-    cut : of bool, where the load is beyond the picture.
-    pulled : how far the pulled end is from the wheel.
-    """
-
-    height: "Array"
-    cut: Any
-    pulled: "Array"
-
-
-def motion(result: "Record") -> Motion:
-    """Return the motion of a result."""
-    if "hanging_masses" in scenario_of(result).get("effects", {}):
-        return motion_with_masses(result)
-    frames = frames_with_events(result)
-    time = values_at(result, "time", frames)
-    radius = float(scenario_value(result, "mechanism", "cord_radius"))
-    horizontal = scenario_of(result).get("drive", {}).get("direction") == "horizontal"
-    angle = values_at(result, "angle", frames)
-    travel = radius * (angle - float(required(result, "angle")[0]))
-    cord = _cord(travel, radius)
-    still = np.zeros_like(time)
-    parts: list[Part] = [
-        _line(cord, travel, radius, horizontal),
-        Body("pulley", wheel(radius, hub=0.0), still, still, angle),
-        *_shaft(_journal(result), radius, still, least=CIRCLE_SEEN * radius),
-        *_loads(cord, radius, still),
-        *_forces(result, frames, cord, radius, horizontal),
-    ]
-    state = state_at(result, frames)
-    readouts = (
-        *readouts_at(result, {"angle": "angle", "angular_velocity": "angular velocity"}, frames),
-        Readout("travel of the load", "m", travel),
-        *readouts_at(
-            result,
-            {
-                "drive_force": "drive force",
-                "drive_torque": "drive torque",
-                "friction_torque": "friction torque",
-            },
-            frames,
-        ),
+def _shaft(at: Samples, radius: float) -> tuple[list[Part], tuple[Detail, ...]]:
+    """Return the shaft, true to scale if its friction is simulated, and its enlarged circles."""
+    if "shaft_friction" not in scenario_of(at.record).get("effects", {}):
+        return shaft_bodies(DRAWN_SHAFT * radius, at.still), ()
+    shaft, mu_s, mu_k = (
+        scenario_value(at.record, "effects", "shaft_friction", key)
+        for key in ("shaft_radius", "mu_s", "mu_k")
     )
-    return Motion(time, tuple(parts), bounds_of(parts, radius, 0.25 * radius), state, readouts)
-
-
-def _cord(travel: "Array", radius: float) -> _CordEnds:
-    """Return the places of load and pulled end; beyond `TRAVEL` radii the load is cut."""
-    low, high = min(float(travel.min()), 0.0), max(float(travel.max()), 0.0)
-    drawn_travel = min(high - low, TRAVEL * radius)
-    # What is cut off is shared between its rise and its fall, so that it starts in the picture.
-    start = -HIGHEST * radius - drawn_travel * (high / (high - low) if high > low else 0.0)
-    lowest, highest = -HIGHEST * radius - drawn_travel, -HIGHEST * radius
-    height = start + travel
-    cut = (height > highest + 1e-9 * radius) | (height < lowest - 1e-9 * radius)
-    shown = np.clip(height, lowest, highest)
-    return _CordEnds(shown, cut, HIGHEST * radius + shown - lowest)
-
-
-def _line(cord: _CordEnds, travel: "Array", radius: float, horizontal: bool) -> Band:
-    """Return the cord from the load over the wheel to its pulled end."""
-    over = arc(radius, 0.0, 0.5 * pi if horizontal else pi)
-    x, y = (np.tile(values, (len(travel), 1)) for values in over.T)
-    end = (-cord.pulled, radius) if horizontal else (-radius, -cord.pulled)
-    ends = [np.broadcast_to(np.asarray(value)[..., None], (len(travel), 1)) for value in end]
-    first = np.full((len(travel), 1), radius), cord.height[:, None]
-    # The marks run from the load to the pulled end, relative to the load: they are laid from it.
-    return Band(
-        "cord",
-        np.concatenate([first[0], x, ends[0]], axis=1),
-        np.concatenate([first[1], y, ends[1]], axis=1),
-        closed=False,
-        travel=travel - (cord.height - cord.height[0]),
-        spacing=CORD_MARK * radius,
-    )
-
-
-def _loads(cord: _CordEnds, radius: float, still: "Array") -> list[Part]:
-    x, side = still + radius, BLOCK * radius
-    load = Body("load", (block(side, side, "load"),), x, cord.height, still, ~cord.cut)
-    if not cord.cut.any():
-        return [load]
-    outline = (block(side, side, "cut"),)
-    return [load, Body("load, beyond the picture", outline, x, cord.height, still, cord.cut)]
-
-
-def _forces(
-    result: "Record", frames: Frames, cord: _CordEnds, radius: float, horizontal: bool
-) -> list[Part]:
-    """Return weight, force or torque of the drive, and reaction of the shaft, on one scale."""
-    weight = float(scenario_value(result, "mechanism", "load"))
-    zero = np.zeros_like(frames.time)
-    x, y = zero + radius, cord.height - BLOCK * radius
-    by_torque = "drive_torque" in result.channels
-    if not by_torque and "drive_force" not in result.channels:
-        return [Arrow("weight of the load", x, y, zero, zero - 0.5 * ARROW * radius, "load")]
-    force = zero if by_torque else values_at(result, "drive_force", frames)
-    across, up = (force, zero + weight) if horizontal else (zero, force + weight)
-    sizes = (weight, np.abs(force).max(), np.hypot(across, up).max())
-    largest = max(map(float, sizes))
-    scale = ARROW * radius / largest if largest > 0.0 else 0.0
-    parts: list[Part] = [Arrow("weight of the load", x, y, zero, zero - scale * weight, "load")]
-    pull = -scale * force
-    if by_torque:
-        torque = values_at(result, "drive_torque", frames)
-        parts += torque_arc("torque of the drive", torque, ARC_OF_TORQUE * radius)
-    elif horizontal:
-        parts.append(Arrow("drive force", -cord.pulled, zero + radius, pull, zero, "force"))
-    else:
-        parts.append(Arrow("drive force", zero - radius, -cord.pulled, zero, pull, "force"))
-    if "friction_torque" in result.channels:
-        torque = values_at(result, "friction_torque", frames)
-        parts.append(reaction_arrow((across, up), torque, scale))
-    return parts
+    size, static = float(shaft), friction_radius(float(shaft), float(mu_s))
+    # A coefficient over speed has no one circle.
+    kinetic = friction_radius(size, float(mu_k)) if isinstance(mu_k, int | float) else 0.0
+    bodies = shaft_bodies(size, at.still, static, kinetic)
+    return bodies, enlarged_circles(min(1.1 * size, WINDOW * static))

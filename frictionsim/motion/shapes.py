@@ -1,8 +1,4 @@
-"""Shapes of wheels, blocks and arrows that several mechanisms share.
-
-A torque is an arc with a head, as long as the torque is large. It begins below the axis and goes
-the way the torque turns: to the right where it is positive, counter-clockwise.
-"""
+"""Shapes of wheels, blocks and forces that several mechanisms share."""
 
 from collections.abc import Iterable
 from math import cos, pi, sin
@@ -10,15 +6,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.motion.parts import Arrow, Band, Body, Detail, Disc, Line, Part
+from frictionsim.motion.parts import Arrow, Body, Detail, Disc, Line, Outline, Part
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array, Bounds, Role
 
+MAX_ARC, HEAD, POINTS = 0.75 * pi, 0.2, 25  # of a couple: rad of the largest; head, of the radius
 
-MAX_ARC = 0.75 * pi  # rad: of the arc of the largest torque
-HEAD = 0.22  # of the radius: the straight arrow at its end
-POINTS = 25
+
+def points_of(*pairs: Any) -> "Array":
+    """Return points (frames, n, 2) of pairs of x and y, each (frames,) or a number."""
+    numbers = [np.atleast_1d(each) for pair in pairs for each in pair]
+    flat = np.stack(np.broadcast_arrays(*numbers), axis=-1)
+    return flat.reshape(len(flat), -1, 2).astype(float)
+
+
+def vectors(x: Any, y: Any) -> "Array":
+    """Return (frames, 2) of x and y, each (frames,) or a number."""
+    return points_of((x, y))[:, 0]
 
 
 def torque_arc(
@@ -28,7 +33,9 @@ def torque_arc(
     largest: float | None = None,
     role: "Role" = "force",
 ) -> list[Part]:
-    """Return a torque about the origin; nothing if it is zero throughout.
+    """Return a couple about the origin: an arc with a head; nothing if it is zero throughout.
+
+    It begins below the axis and goes the way the couple turns: to the right where it is positive.
 
     Parameters
     ----------
@@ -36,25 +43,24 @@ def torque_arc(
     radius : float, m
         Of the arc.
     largest : float, N m, optional
-        The torque of the longest arc; by default the largest of this torque.
+        The couple of the longest arc; by default the largest of this one.
     """
     own = float(np.abs(torque).max(initial=0.0))
     if own == 0.0:
         return []
     turn = MAX_ARC * torque / (own if largest is None else largest)
     angle = -0.5 * pi + np.linspace(0.0, 1.0, POINTS) * turn[:, None]
-    end = angle[:, -1]
+    bow = radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     # The head shrinks with the arc where the arc is shorter than it.
-    length = radius * np.clip(turn, -HEAD, HEAD)
-    tip_x, tip_y = radius * np.cos(end), radius * np.sin(end)
-    dx, dy = -length * np.sin(end), length * np.cos(end)
-    line = Band("", radius * np.cos(angle), radius * np.sin(angle), closed=False, role=role)
-    return [line, Arrow(name, tip_x, tip_y, dx, dy, role)]
+    head = np.clip(turn, -HEAD, HEAD)
+    back = radius * np.stack([np.cos(angle[:, -1] - head), np.sin(angle[:, -1] - head)], axis=-1)
+    wide = 0.5 * np.abs(head)[:, None]
+    barbs = ((1.0 + wide) * back, bow[:, -1], (1.0 - wide) * back)
+    points = np.concatenate([bow, np.stack(barbs, axis=1)], axis=1)
+    return [Line(name, points, role, unit="N m", size=torque)]
 
 
-def reaction_foot(
-    across: "Array", up: "Array", torque: "Array", vanishes: Any = False
-) -> "tuple[Array, Array]":
+def reaction_foot(across: "Array", up: "Array", torque: "Array", vanishes: Any = False) -> Any:
     """Return the foot of the perpendicular from the axis to the line of action of a force, m.
 
     With the force (F_x, F_y) its foot (e_x, e_y) has the moment e_x F_y - e_y F_x = torque. For a
@@ -65,23 +71,25 @@ def reaction_foot(
     return torque * up / square, -torque * across / square
 
 
-def reaction_arrow(
-    force: "tuple[Array, Array]", torque: "Array", scale: float, vanishes: Any = False
-) -> Arrow:
-    """Return the reaction of a shaft on its line of action.
+def reaction(across: "Array", up: "Array", torque: "Array", vanishes: Any = False) -> Arrow:
+    """Return the reaction of a shaft, N, on its line of action.
 
     Parameters
     ----------
-    force : ((frames,), (frames,)), N
-        F_x and F_y.
     torque : (frames,), N m
         The friction torque.
-    scale : float, m/N
     vanishes : (frames,) of bool, optional
         Where the force is rounding.
     """
-    x, y = reaction_foot(*force, torque, vanishes)
-    return Arrow("reaction of the shaft", x, y, scale * force[0], scale * force[1], "friction")
+    foot = vectors(*reaction_foot(across, up, torque, vanishes))
+    return Arrow("reaction of the shaft", foot, vectors(across, up), "friction")
+
+
+def scale_of(forces: Iterable[Part], length: float) -> float:
+    """Return the scale, m/N, on which the largest of some arrows has a length, m; 0 without any."""
+    sizes = [np.linalg.norm(p.vector, axis=-1).max() for p in forces if isinstance(p, Arrow)]
+    largest = float(max(sizes, default=0.0))
+    return length / largest if largest > 0.0 else 0.0
 
 
 def shaft_bodies(
@@ -103,13 +111,13 @@ def enlarged_circles(half: float) -> tuple[Detail, ...]:
     return (Detail("friction circles of the shaft, enlarged", (-half, half, -half, half)),)
 
 
-SPOKES = 5  # an odd number: a turn by half of 360 degrees is seen
+SPOKES, TICKS = 5, 12  # an odd number: a turn by half of 360 degrees is seen
 HUB, RIM = 0.16, 0.8  # of the radius
 MARK = 0.07  # of the radius: the dot at the rim by which the eye sees a wheel turn
 
 
-def wheel(radius: float, hub: float = HUB) -> tuple[Disc | Line, ...]:
-    """Return a wheel with spokes and a mark at its rim, which is at the angle 0.
+def wheel(radius: float, hub: float = HUB) -> tuple[Disc | Outline, ...]:
+    """Return a wheel with spokes, ticks and a mark at its rim, which is at the angle 0.
 
     Parameters
     ----------
@@ -117,26 +125,28 @@ def wheel(radius: float, hub: float = HUB) -> tuple[Disc | Line, ...]:
     hub : float
         Relative to the radius.
     """
-    shapes: list[Disc | Line] = [Disc(0.0, 0.0, radius, "moving")]
-    for i in range(1, SPOKES):
-        angle = 2.0 * pi * i / SPOKES
-        shapes.append(ray(angle, hub * radius, RIM * radius, "fixed"))
-    shapes.append(ray(0.0, hub * radius, RIM * radius, "marked"))
-    shapes.append(Disc((1.0 - 1.6 * MARK) * radius, 0.0, MARK * radius, "marked"))
-    return tuple(shapes)
+    turns = 2.0 * pi * np.arange(1, SPOKES) / SPOKES
+    ticks = 2.0 * pi * np.arange(TICKS) / TICKS
+    return (
+        Disc(0.0, 0.0, radius, "moving"),
+        *(ray(float(turn), hub * radius, RIM * radius, "fixed") for turn in turns),
+        *(ray(float(turn), 0.9 * radius, radius, "fixed") for turn in ticks),
+        ray(0.0, hub * radius, RIM * radius, "marked"),
+        Disc((1.0 - 1.6 * MARK) * radius, 0.0, MARK * radius, "marked"),
+    )
 
 
-def ray(angle: float, inner: float, outer: float, role: "Role") -> Line:
+def ray(angle: float, inner: float, outer: float, role: "Role") -> Outline:
     """Return a straight line away from the origin, between two radii in m."""
     direction = np.array([cos(angle), sin(angle)])
-    return Line(np.array([inner * direction, outer * direction]), role)
+    return Outline(np.array([inner * direction, outer * direction]), role)
 
 
-def block(width: float, height: float, role: "Role") -> Line:
+def block(width: float, height: float, role: "Role") -> Outline:
     """Return a rectangle that hangs from the origin; lengths in m."""
     half = 0.5 * width
     corners = [(-half, 0.0), (half, 0.0), (half, -height), (-half, -height)]
-    return Line(np.array(corners), role, closed=True)
+    return Outline(np.array(corners), role, closed=True)
 
 
 def arc(radius: float, start: float, end: float, count: int = 33) -> "Array":
@@ -151,44 +161,17 @@ def bounds_around(points: "Array", margin: float) -> "Bounds":
     return float(left - margin), float(right + margin), float(bottom - margin), float(top + margin)
 
 
-def bounds_of(parts: Iterable[Part], reach: float, margin: float) -> "Bounds":
-    """Return the bounds of a reach, m, and of bands, arrows and blocks at all times.
+def bounds_of(parts: Iterable[Part], reach: float, margin: float, scale: float) -> "Bounds":
+    """Return the bounds of a reach, m, and of lines, arrows and blocks at all times.
 
-    A block is a body whose first shape is a line; blocks do not turn.
+    A block is a body whose first shape is an outline; blocks do not turn.
     """
     points = [np.array([[-reach, -reach], [reach, reach]])]
     for part in parts:
         if isinstance(part, Arrow):
-            points.append(np.column_stack([part.x, part.y]))
-            points.append(np.column_stack([part.x + part.dx, part.y + part.dy]))
-        elif isinstance(part, Body) and isinstance(part.shapes[0], Line):
-            points += [np.column_stack([part.x + x, part.y + y]) for x, y in part.shapes[0].points]
-        elif isinstance(part, Band):
-            points.append(np.column_stack([part.x.ravel(), part.y.ravel()]))
+            points += [part.foot.reshape(-1, 2), (part.foot + scale * part.vector).reshape(-1, 2)]
+        elif isinstance(part, Line):
+            points.append(part.points.reshape(-1, 2))
+        elif isinstance(part.shapes[0], Outline):
+            points += [vectors(part.x + x, part.y + y) for x, y in part.shapes[0].points]
     return bounds_around(np.concatenate(points), margin)
-
-
-def gear_rim(radius: float, teeth: int, phase: float = 0.0) -> Line:
-    """Return the outline of a gear, with a tooth at the angle `phase`.
-
-    The teeth are trapezoids of the usual height: 1 module above the pitch circle, 1.25 below it.
-
-    Parameters
-    ----------
-    radius : float, m
-        Of the pitch circle.
-    phase : float, rad
-    """
-    module, pitch = 2.0 * radius / teeth, 2.0 * pi / teeth
-    corners = [
-        (radius - 1.25 * module, -0.34),
-        (radius + module, -0.14),
-        (radius + module, 0.14),
-        (radius - 1.25 * module, 0.34),
-    ]
-    points = [
-        (r * cos(phase + (i + part) * pitch), r * sin(phase + (i + part) * pitch))
-        for i in range(teeth)
-        for r, part in corners
-    ]
-    return Line(np.array(points), "moving", closed=True)

@@ -1,78 +1,73 @@
-"""Pictures of result files; the only package that imports matplotlib.
+"""Pictures of results; the only package that imports matplotlib.
 
-A kind of mechanism has one or more views, see `frictionsim.plots.view`. The first is the default.
-Those of a kind of this program are VIEWS of the module of its name here. A kind of another package
-may have a mapping VIEWS in its module; without one, its channels are drawn over time.
+A kind of mechanism has one or more views; the first is the default. A kind of another package may
+have a mapping VIEWS in its module, of functions of a record and a figure; its channels over time
+are drawn in any case.
 
 `draw` returns a matplotlib figure, which needs no pyplot: a notebook shows it as the value of a
-cell, `figure.savefig(path)` saves it, and it can be pickled. Threads may draw and save different
-figures at once; `save` writes the same bytes as in one thread.
+cell, `figure.savefig(path)` saves it.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import frictionsim.plots.picture_file  # noqa: F401  says what matplotlib lacks
+import numpy as np
+
 from frictionsim.errors import ArgumentError, InputError
-from frictionsim.plots.belt_geometry import middle_of_first_span
-from frictionsim.plots.overlay import Overlaid, check_overlay, overlay
-from frictionsim.plots.picture_file import save
-from frictionsim.plots.placement import drawn_in
-from frictionsim.plots.style import USUAL, Appearance
-from frictionsim.plots.time_history import response
-from frictionsim.plots.view import (
-    BODY,
-    WHOLE,
-    Extent,
-    View,
-    check_channels,
+from frictionsim.plots import belt, kinds
+from frictionsim.plots.kinds import OVER_TIME, View
+from frictionsim.plots.mechanism import draw_mechanism
+from frictionsim.plots.over_time import (
+    MAX_PANELS,
+    check_channel,
     check_numbers,
     over_time,
-    until,
-    within,
+    panels_of,
 )
-from frictionsim.scenario.kinds import KINDS, mechanism_module
+from frictionsim.plots.style import MAX_LINES, add_legend, new_figure
+from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.results import Record
 
-__all__ = ["ALL", "BODY", "VIEWS", "Views", "draw", "save", "views_of"]
-
 ALL = "all"
-
+BODY = "body"
+RESPONSE = View(kinds.response, OVER_TIME, overlaid=())
 Views = Mapping[str, View]
 """By name, the default first."""
 
-VIEWS: Mapping[str, Views] = {kind: import_module(f"{__name__}.{kind}").VIEWS for kind in KINDS}
 
-
-def check_view(kind: str, view: str) -> None:
-    """Check that a kind has a view."""
-    views = views_of(kind)
-    if view not in views:
-        raise InputError(f"unknown view '{view}' of kind '{kind}'; known: {', '.join(views)}")
-
-
-def check_applies(kind: str, view: str, shown: Extent) -> None:
-    """Check that a view can show a part of a result."""
-    views = views_of(kind)
-    words = {
-        "time": "shows no single instant",
-        "window": "does not go over time",
-        "channels": "draws channels of its own",
-    }
-    for part, given in shown.given.items():
-        if not given or views[view].shows(part):
-            continue
-        fit = [name for name, other in views.items() if other.shows(part)]
-        way_out = f"it is for the view {' or '.join(map(repr, fit))}"
-        if not fit:
-            way_out = f"no view of kind '{kind}' does; give a window of time instead"
-        raise ArgumentError(part, f"the view '{view}' {words[part]}; {way_out}")
+MECHANISM = View(draw_mechanism, ("time",))
+VIEWS: Mapping[str, Views] = {
+    "pulley": {
+        "response": RESPONSE,
+        "traction": View(kinds.traction, ("window",), effect="cord_friction"),
+        "mechanism": MECHANISM,
+    },
+    "marble_machine": {
+        "response": RESPONSE,
+        "torque": View(kinds.torque_of_machine, ("window",)),
+        "mechanism": MECHANISM,
+    },
+    "epicyclic": {
+        "response": RESPONSE,
+        "torque": View(kinds.torque_of_gear, ("window",)),
+        "path": View(kinds.path, ("time",)),
+    },
+    "shaft": {
+        "response": RESPONSE,
+        "friction_circle": MECHANISM,
+    },
+    "belt_drive": {
+        "speeds": View(belt.speeds, OVER_TIME, overlaid=("pulley_speed", "pulley_torque")),
+        "drive": View(belt.drive, ("time",)),
+        "tension": View(belt.tension, ("time",)),
+        BODY: View(belt.body, ("window", "body")),
+    },
+}
 
 
 def views_of(kind: str) -> Views:
@@ -83,148 +78,187 @@ def views_of(kind: str) -> Views:
         module = mechanism_module(kind)
     except InputError as error:
         raise InputError(f"cannot draw this result: {error}") from None
-    own: Mapping[str, View | Callable[..., None]] = getattr(module, "VIEWS", {})
-    views = {name: of if isinstance(of, View) else View(of) for name, of in own.items()}
-    return {"response": over_time(response)} | views
+    own = getattr(module, "VIEWS", {})
+    return {"response": RESPONSE} | {name: View(draw) for name, draw in own.items()}
+
+
+def view_of(kind: str, name: str | None, given: Mapping[str, Any]) -> View:
+    """Return a view, by default the first, that can show what is given.
+
+    Parameters
+    ----------
+    given : mapping
+        Those of time, window, channels and body that are wanted.
+    """
+    views = views_of(kind)
+    name = name or next(iter(views))
+    if name not in views:
+        raise InputError(f"unknown view '{name}' of kind '{kind}'; known: {', '.join(views)}")
+    for option in given:
+        if option not in views[name].options:
+            raise ArgumentError(option, f"the view '{name}' {_refusal(kind, option)}")
+    return views[name]
+
+
+REFUSALS = {
+    "time": "shows no single instant",
+    "window": "does not go over time",
+    "channels": "draws channels of its own",
+    "body": "shows no single body",
+}
+
+
+def _refusal(kind: str, option: str) -> str:
+    """Return why a view does not take an option, and which do."""
+    fit = [name for name, view in views_of(kind).items() if option in view.options]
+    if option == "body":
+        fit = [BODY]
+    way_out = f"it is for the view {' or '.join(map(repr, fit))}"
+    if not fit:
+        way_out = f"no view of kind '{kind}' does; give a window of time instead"
+    return f"{REFUSALS[option]}; {way_out}"
+
+
+def applicable(record: "Record", given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the views whose effects a result has, each with what it can show of what is given.
+
+    One of the kind must be able to show each.
+    """
+    kind = record.attributes["kind"]
+    views = views_of(kind)
+    for option in given:
+        if option != "body" and not any(option in view.options for view in views.values()):
+            view_of(kind, None, {option: given[option]})
+    effects = scenario_of(record).get("effects", {})
+    return {
+        name: {option: value for option, value in given.items() if option in view.options}
+        for name, view in views.items()
+        if not view.effect or view.effect in effects
+    }
 
 
 def draw(
-    result: "Record",
+    record: "Record",
     view: str | None = None,
-    body: int | None = None,
-    ax: Any = None,
-    appearance: Appearance = USUAL,
-    shown: Extent = WHOLE,
-) -> "Figure":
-    """Draw a view of a result as a matplotlib figure.
-
-    Show it as the value of a notebook's cell; save it with `figure.savefig("a.png")`. A figure of
-    the caller gets constrained layout, as `plt.subplots(2, 2, layout="constrained")` has; a part of
-    it should be at least 5 inches wide and high.
+    figure: "Figure | SubFigure | None" = None,
+    **given: Any,
+) -> Any:
+    """Draw a view of a result, into an empty figure or subfigure or a new one; return it.
 
     Parameters
     ----------
-    result : Record
     view : str, optional
         One of `views_of` the kind; the default is the first.
-    body : int, optional
-        Number of the body of a belt that the view `body` shows.
-    ax : Axes, optional
-        Empty Axes of a grid, as of `plt.subplots`: the view takes their place.
-    appearance : Appearance
-        Size and style of a new figure.
-    shown : Extent
-        The time, window or channels that are drawn.
-
-    Returns
-    -------
-    Figure
-        The whole figure, also if the view is drawn into a part of it.
+    given
+        time, s, of an instant; window, s, and channels of a view over time; body of a belt.
     """
-    kind = result.attributes["kind"]
-    views = views_of(kind)
-    view = view or next(iter(views))
-    check_view(kind, view)
-    if body is not None and not views[view].body:
-        raise ArgumentError(
-            "body", f"the view '{view}' shows no single body; it is for the view '{BODY}'"
-        )
-    if not result.channels["time"].size:
+    chosen = view_of(record.attributes["kind"], view, given)
+    if not record.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
-    check_applies(kind, view, shown)
-    check_numbers(result)
-    part, options = _part(result, views[view], shown)
-    if body is not None:
-        options[BODY] = body
-    if shown.channels:
-        check_channels(result, shown.channels)
-        options["channels"] = shown.channels
-    return drawn_in(
-        lambda target: views[view].draw(part, target, **options),
-        ax,
-        appearance=_fitted(appearance, shown),
-    )
+    check_numbers(record)
+    if "time" in given:
+        given["sample"] = sample_at(record, given.pop("time"))
+    figure = new_figure() if figure is None else figure
+    chosen.draw(record, figure, **given)
+    return figure
 
 
-def _part(result: "Record", view: View, shown: Extent) -> tuple["Record", dict[str, Any]]:
-    """Return the part of a result that a view shows, and options of the view for it."""
-    if shown.time is not None:
-        part = until(result, shown.time)
-        return (result, {"instant": part}) if view.whole else (part, {})
-    if not shown.has_window:
-        return result, {}
-    options: dict[str, Any] = {}
-    if view.body and "pulley_index" in result.channels:
-        # The body in the middle of a span at the start of the run, whatever the window.
-        options = {BODY: middle_of_first_span(result.channels["pulley_index"][0])}
-    return within(result, *shown.window), options
+def sample_at(record: "Record", time: float) -> int:
+    """Return the number of the last sample that is not after a time, s."""
+    samples = np.asarray(record.time)
+    if not samples[0] <= time <= samples[-1]:
+        raise ArgumentError(
+            "time",
+            f"expected a time from {samples[0]:.6g} s to {samples[-1]:.6g} s, which this result"
+            f" has samples of, got {time:g} s",
+        )
+    return int(np.searchsorted(samples, time, side="right")) - 1
 
 
-def _fitted(appearance: Appearance, shown: Extent) -> Appearance:
-    """Return the appearance in which labels of any channels fit."""
-    return appearance.model_copy(update={"fitted": True}) if shown.channels else appearance
-
-
-def draw_overlay(
-    results: "Sequence[Overlaid]",
-    view: str | None = None,
-    ax: Any = None,
-    appearance: Appearance = USUAL,
-    shown: Extent = WHOLE,
-) -> "Figure":
-    """Draw several results of one kind over each other, in a view over time.
-
-    Parameters
-    ----------
-    results : sequence of Overlaid
-    view, ax, appearance, shown
-        As of `draw`.
-    """
-    check_overlay(results)
-    kind = results[0].record.attributes["kind"]
-    views = views_of(kind)
-    view = view or next(iter(views))
-    check_view(kind, view)
-    check_overlaid(kind, view)
-    check_applies(kind, view, shown)
-    parts = []
-    for name, record in results:
+def check_several(records: Sequence["Record"], names: Sequence[str]) -> None:
+    """Check that results can be drawn into the same panels; `names` are those of their files."""
+    if len(records) > MAX_LINES:
+        raise InputError(
+            f"cannot draw {len(records)} results over each other: {MAX_LINES} are the most that"
+            " can be told apart; give fewer"
+        )
+    kind = records[0].attributes["kind"]
+    for record, name in zip(records, names, strict=True):
+        if record.attributes["kind"] != kind:
+            raise InputError(
+                f"cannot draw results of unlike kinds over each other: {names[0]} is of kind"
+                f" '{kind}', {name} of kind '{record.attributes['kind']}'"
+            )
         if not record.channels["time"].size:
             raise InputError(f"{name}: cannot draw this result: it has no samples")
-        check_numbers(record)
-        check_channels(record, shown.channels)
-        part = within(record, *shown.window) if shown.has_window else record
-        parts.append(Overlaid(name, part))
-    return drawn_in(
-        lambda target: overlay(parts, target, views[view].overlaid or (), shown.channels),
-        ax=ax,
-        appearance=appearance.model_copy(update={"fitted": True}),
-    )
 
 
-def views_of_overlay(kind: str) -> list[str]:
+def views_of_several(kind: str) -> list[str]:
     """Return the views of a kind in which several results are drawn over each other."""
     return [name for name, view in views_of(kind).items() if view.overlaid is not None]
 
 
-def check_overlaid(kind: str, view: str) -> None:
-    """Check that a view can show several results."""
-    check_view(kind, view)
-    fit = views_of_overlay(kind)
-    if view not in fit:
-        named = " or ".join(map(repr, fit))
+def view_of_several(kind: str, name: str | None) -> View:
+    """Return a view in which several results are drawn over each other."""
+    view = view_of(kind, name, {})
+    if view.overlaid is None:
+        named = " or ".join(map(repr, views_of_several(kind)))
         raise InputError(
-            f"the view '{view}' cannot show several results over each other"
-            + (f"; the view {named} can" if fit else "")
+            f"the view '{name}' cannot show several results over each other"
+            + (f"; the view {named} can" if named else "")
         )
+    return view
 
 
-def views_with_effects(result: "Record", shown: Extent = WHOLE) -> Views:
-    """Return the views whose effects a result has; one of the kind must show each given part."""
-    kind = result.attributes["kind"]
-    views = views_of(kind)
-    for part, given in shown.given.items():
-        if given and not any(view.shows(part) for view in views.values()):
-            check_applies(kind, next(iter(views)), shown)
-    effects = scenario_of(result).get("effects", {})
-    return {name: view for name, view in views.items() if not view.effect or view.effect in effects}
+def draw_several(
+    records: Sequence["Record"],
+    names: Sequence[str],
+    view: str | None = None,
+    figure: "Figure | SubFigure | None" = None,
+    channels: Sequence[str] = (),
+    window: Any = (None, None),
+) -> Any:
+    """Draw results of one kind over each other, over time; return the figure.
+
+    Each channel, and each member of a channel, has a panel with a line for each result.
+
+    Parameters
+    ----------
+    names : sequence of str
+        What tells the results apart.
+    """
+    first = records[0]
+    chosen = view_of_several(first.attributes["kind"], view)
+    for record in records:
+        for name in channels:
+            check_channel(record, name)
+    names_drawn = [
+        next(iter(of)) for of in panels_of(first, channels or chosen.overlaid or ()).values()
+    ]
+    common = [name for name in names_drawn if all(name in record.channels for record in records)]
+    if not common:
+        raise InputError(
+            f"these results have none of the channels {', '.join(names_drawn)} in common (see"
+            " output.channels)"
+        )
+    panels: dict[str, dict[str, str]] = {}
+    for name in common:
+        axis = first.axes[name]
+        members = {record.members[axis] if axis else ("",) for record in records}
+        if len(members) > 1:
+            raise InputError(
+                f"cannot draw '{name}' of these results over each other: their members differ"
+                f" ({'; '.join(', '.join(one) for one in sorted(members))})"
+            )
+        words = name.replace("_", " ")
+        panels |= {f"{words}, {m}" if axis else words: {name: m} for m in members.pop()}
+    if len(panels) > MAX_PANELS:
+        raise ArgumentError(
+            "channels",
+            f"expected at most {MAX_PANELS} panels, got {len(panels)}, one for each channel and"
+            " member; choose fewer channels",
+        )
+    figure = new_figure() if figure is None else figure
+    _, handles = over_time(records, panels, figure, names=names, window=window)
+    add_legend(figure, handles)
+    return figure

@@ -18,13 +18,13 @@ from matplotlib.patches import Patch
 
 from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
 from frictionsim.io.cost_table import line_of
-from frictionsim.plots.placement import drawn_in
 from frictionsim.plots.style import (
-    LABEL_WIDTH,
     add_legend,
     axis_label,
-    set_log_ticks,
+    new_figure,
+    set_height,
     set_title,
+    styled,
 )
 from frictionsim.scenario.model_fields import description_of
 
@@ -107,28 +107,33 @@ def drawable(table: "CostTable") -> "CostTable":
     return table._replace(rows=[*filter(is_drawable, table.rows)])
 
 
-def cost_diagram(table: "CostTable", ax: Any = None) -> "Figure":
+def cost_diagram(table: "CostTable", figure: Any = None) -> Any:
     """Draw one line for each backend; failed settings are marked in a strip above them.
 
     A study of meshes has the panels that the head of this module names.
 
     Parameters
     ----------
-    ax : optional
-        As in `frictionsim.plots.draw`.
+    figure : Figure or SubFigure, optional
+        An empty one that is drawn into.
     """
     draw = _draw_meshes if table.of_meshes else _draw
-    return drawn_in(lambda target: draw(table, target), ax, WIDTH)
+    figure = new_figure(WIDTH) if figure is None else figure
+    with styled():
+        draw(table, figure)
+    return figure
 
 
 def _draw(table: "CostTable", figure: "Figure | SubFigure") -> None:
-    set_title(figure, f"{table.title or table.kind}: error against run time", HEIGHT, scaled=False)
+    set_height(figure, HEIGHT)
+    set_title(figure, f"{table.title or table.kind}: error against run time")
     axes = figure.subplots(1, 2, sharey=True)
     for ax, (quantity, label) in zip(axes, WORK, strict=True):
         _set_scales(ax, label)
         _draw_panel(ax, table, quantity)
     axes[0].set_ylabel("largest relative error")
-    add_legend(figure, axes[0].get_legend_handles_labels()[0], COLUMNS)
+    handles, words = axes[0].get_legend_handles_labels()
+    add_legend(figure, dict(zip(words, handles, strict=True)), COLUMNS)
 
 
 def _set_scales(ax: Any, label: str) -> None:
@@ -148,7 +153,6 @@ def _draw_panel(ax: Any, table: "CostTable", quantity: str) -> None:
     if table.floor > 0.0:
         ax.axhspan(lowest, uncertainty, color=STICK_SHADE, linewidth=0, label=BELOW)
     work = [row[quantity] for row in rows]
-    _set_work_ticks(ax, work)
     middle = add_strip(ax) if len(done) < len(rows) else 0.0
     for number, name in enumerate(dict.fromkeys(map(line_of, rows))):
         of_line = [row for row in done if line_of(row) == name]
@@ -180,18 +184,10 @@ def _draw_failed(
     return crosses
 
 
-def _set_work_ticks(ax: Any, work: Sequence[float]) -> None:
-    """Label the axis of work; a refused run has done none."""
-    done = [value for value in work if value > 0.0]
-    if done:
-        set_log_ticks(ax.xaxis, max(done) / min(done))
-
-
 def _draw_meshes(table: "CostTable", figure: "Figure | SubFigure") -> None:
     """Draw both panels into an empty figure."""
-    set_title(
-        figure, f"{table.title or table.kind}: what accuracy costs", MESH_HEIGHT, scaled=False
-    )
+    set_height(figure, MESH_HEIGHT)
+    set_title(figure, f"{table.title or table.kind}: what accuracy costs")
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     titles = ("against the limit of fine meshes", "in time alone, on the scenario's own mesh")
     rows, bands = table.rows, (table.floor, table.time_uncertainty or 0.0)
@@ -210,14 +206,13 @@ def _draw_meshes(table: "CostTable", figure: "Figure | SubFigure") -> None:
     handles = [*_draw_models(left, done), *_draw_methods(left, right, done)]
     left.set_ylim(lowest, None)
     work = [row["wall_seconds"] for row in rows]
-    _set_work_ticks(left, work)
     if failed := [row["wall_seconds"] for row in rows if isnan(row["error"])]:
         words = f"{len(failed)} failed"
         style = {"color": "black", "markersize": 7, "markeredgewidth": 1.5}
         handles.append(_draw_failed(left, failed, work, add_strip(left), words, **style))
     if max(bands) > 0.0:
         handles.append(Patch(color=STICK_SHADE, label=BELOW))
-    add_legend(figure, handles)
+    add_legend(figure, {str(one.get_label()): one for one in handles})
 
 
 def _draw_models(ax: Any, rows: "list[Row]") -> list[Any]:
@@ -273,34 +268,36 @@ FIT: dict[str, Any] = {"color": VERMILION, "linestyle": "-", "linewidth": 1.6}
 RESIDUAL: dict[str, Any] = {"color": BLACK, "linestyle": "", "marker": "."}
 
 
-def fit_diagram(outcome: "FitOutcome", ax: Any = None) -> "Figure":
+def fit_diagram(outcome: "FitOutcome", figure: Any = None) -> Any:
     """Draw data and fit of each channel or quantity, with the residuals below.
 
     A grey band has the width of twice the standard deviation of the data.
 
     Parameters
     ----------
-    ax : optional
-        As in `frictionsim.plots.draw`.
+    figure : Figure or SubFigure, optional
+        An empty one that is drawn into.
     """
-    return drawn_in(lambda target: _draw_fit(outcome, target), ax)
+    figure = new_figure() if figure is None else figure
+    with styled():
+        _draw_fit(outcome, figure)
+    return figure
 
 
 def _draw_fit(outcome: "FitOutcome", figure: "Figure | SubFigure") -> None:
     parts = list(zip(outcome.measured.targets, outcome.residuals, strict=True))
     title = outcome.scenario.title or outcome.scenario.kind
-    set_title(
-        figure, f"{title}: fit to measured data", FIT_HEIGHT * len(parts) + FIT_MARGIN, scaled=False
-    )
+    set_height(figure, FIT_HEIGHT * len(parts) + FIT_MARGIN)
+    set_title(figure, f"{title}: fit to measured data")
     axes = figure.subplots(2 * len(parts), 1, height_ratios=RATIOS * len(parts), squeeze=False)
     for number, (target, residuals) in enumerate(parts):
         upper, lower = axes[2 * number, 0], axes[2 * number + 1, 0]
         lower.sharex(upper)
         _draw_target(upper, lower, outcome, target, residuals)
-    handles: list[Any] = [Line2D([], [], **DATA, label="data"), Line2D([], [], **FIT, label="fit")]
-    handles.append(Line2D([], [], **RESIDUAL, label="data minus fit"))
+    looks = {"data": DATA, "fit": FIT, "data minus fit": RESIDUAL}
+    handles: dict[str, Any] = {words: Line2D([], [], **look) for words, look in looks.items()}
     if any(residuals.sigma is not None for _, residuals in parts):
-        handles.append(Patch(color=STICK_SHADE, label="± standard deviation of the data"))
+        handles["± standard deviation of the data"] = Patch(color=STICK_SHADE)
     add_legend(figure, handles)
 
 
@@ -312,7 +309,7 @@ def _draw_target(
     size = 5.0 if len(x) <= FULL_SIZE_POINTS else 2.5
     upper.plot(x, target.values, **DATA, markersize=size)
     upper.plot(x[order], residuals.fitted[order], **FIT)
-    upper.set_ylabel(axis_label(target.name.replace("_", " "), residuals.unit, LABEL_WIDTH))
+    upper.set_ylabel(axis_label(target.name.replace("_", " "), residuals.unit))
     upper.tick_params(labelbottom=False)
     if residuals.sigma is not None:
         lower.axhspan(-residuals.sigma, residuals.sigma, color=STICK_SHADE, linewidth=0)

@@ -7,50 +7,46 @@ Those quantities are drawn that vary, the first MAX_PANELS of the summary. Of a 
 - with three: one quantity, a panel for each value of the third key: the last one of text, else the
   last one.
 
-Failed runs, runs that are left, runs with a failed audit, and values that are not defined are
-marked, and counted in the legend.
+No line joins the two sides of a jump. Runs without a sound value are marked, and counted in the
+legend.
 """
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill, shorten
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
+from frictionsim.display import (
+    BLACK,
+    BLUE,
+    GREY,
+    SKY,
+    TENSION_COLOURS,
+    VERMILION,
+    picture_text,
+    study_text,
+    with_unit,
+)
 from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.io.sweep_table import AUDIT_FAILED, FAILED, NOT_RUN, SweepTable
-from frictionsim.plots.placement import drawn_in
+from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, NOT_RUN, SobolIndices, SweepTable
 from frictionsim.plots.style import (
     MAX_LINES,
-    USUAL,
-    Appearance,
+    Look,
     add_legend,
     axis_label,
+    line_look,
+    new_figure,
+    plain,
+    set_height,
     set_title,
+    short_names,
     short_overrides,
 )
-from frictionsim.plots.sweep_axes import (
-    MAX_WORD,
-    Face,
-    KeyAxis,
-    face_of,
-    short_keys,
-    shortened_key,
-)
-from frictionsim.plots.sweep_panels import (
-    MAX_BARS,
-    draw_curves,
-    draw_histogram,
-    draw_map,
-    draw_tornado,
-    legend_of,
-    legend_of_curves,
-    legend_of_map,
-    legend_of_sample,
-    norm_of,
-    outcomes_of,
-)
+from frictionsim.scenario.model_fields import names_in
 from frictionsim.sweeps.design import SAMPLE
 from frictionsim.sweeps.sensitivity import indices_of
 from frictionsim.sweeps.statistics import (
@@ -62,28 +58,137 @@ from frictionsim.sweeps.statistics import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.figure import SubFigure
+    from matplotlib.figure import Figure, SubFigure
+
+    from frictionsim.io.sweep_table import Coordinate
+    from frictionsim.results import Array
+
+MAX_PANELS, MAX_KEYS, COLUMNS = 6, 3, 2
+MAX_DRAWN = 1e100  # a scale of larger numbers would overflow
+HEADING, CURVES, MAPS, SAMPLES = 0.9, 2.1, 2.7, 2.0  # inches, of titles and of rows of panels
+MAX_WORD, MAX_SHOWN = 30, 8  # letters of a name; values of a key in a message
+MAX_CELLS = (6, 8)  # columns and rows of cells with their values written in them
+LOG_RATIO = 1e3  # of the largest value to the least, above which a scale is logarithmic
+MARKERS = ("o", "s", "^", "D", "v", "P", "*", "h")
+# At the lower edge of a panel or in a cell, or around the value of a run with a failed audit.
+MARKS: dict[str, Look] = {
+    "failed": {"marker": "x", "color": VERMILION, "markersize": 6, "markeredgewidth": 1.6},
+    "not defined": {"marker": "v", "color": GREY, "markersize": 5, "fillstyle": "none"},
+    "not run": {"marker": "_", "color": BLACK, "markersize": 7, "markeredgewidth": 1.5},
+    "audit failed": {"marker": "D", "color": VERMILION, "markersize": 6, "fillstyle": "none"},
+}
 
 
-MAX_PANELS = 6
-MAX_KEYS = 3
-MAX_DRAWN = 1e100
-COLUMNS = 2
-KEY_BESIDE = 28  # characters of a line of a key beside a map
-MAX_TITLE = 240  # characters
-HEADING = 0.9  # inches, of title and labels of the axes
-CURVES, MAPS, SAMPLES = 2.1, 2.7, 2.0  # inches of a row of panels
-HEIGHT_OF_BAR = 0.28  # inches
+class KeyAxis(NamedTuple):
+    """A varied key along an axis.
+
+    Attributes
+    ----------
+    key, unit : str
+    values : (n,)
+        In ascending order; of text, or if values are equal, the numbers from 0.
+    order : (n,) of int
+        The place of each in the sweep.
+    labels : tuple of str
+        Of text; empty for numbers.
+    """
+
+    key: str
+    unit: str
+    values: Any
+    order: Any
+    labels: tuple[str, ...] = ()
+
+    @property
+    def log(self) -> bool:
+        """Whether the numbers are spaced evenly in their logarithms rather than in themselves."""
+        if self.labels or self.values.size < 3 or self.values[0] <= 0.0:
+            return False
+        steps, ratios = np.diff(self.values), np.diff(np.log(self.values))
+        unevenness = float(ratios.max() / ratios.min())
+        wide = self.values[-1] >= 3.0 * self.values[0]  # else it shows nothing more
+        return bool(wide and unevenness < min(1.6, steps.max() / steps.min()))
+
+    @property
+    def edges(self) -> Any:
+        """The edges of the cells around the values, halfway between them."""
+        values = np.log(self.values) if self.log else self.values
+        middle = 0.5 * (values[1:] + values[:-1])
+        if values.size == 1:
+            middle = values + (0.5 * abs(values) or 0.5)
+        ends = [2.0 * values[0] - middle[0]], [2.0 * values[-1] - middle[-1]]
+        edges = np.concatenate((ends[0], middle, ends[1]) if values.size > 1 else (ends[0], middle))
+        return np.exp(edges) if self.log else edges
+
+    def text(self, place: int) -> str:
+        """Return a value with its unit; `place` is that along the axis."""
+        if self.labels:
+            return shorten_word(self.labels[place])
+        return with_unit(study_text(self.values[place]), self.unit)
+
+    def plain(self, place: int) -> str:
+        """Return a value as the argument `at` takes it."""
+        return self.labels[place] if self.labels else repr(float(self.values[place]))
+
+    def prepare(self, ax: Any, side: str) -> None:
+        """Give the x or y axis of Axes its scale and label, and ticks at the values of text."""
+        words = ",\n".join(map(last_parts, names_in(self.key)))
+        ax.set(**{f"{side}label": axis_label(words, self.unit, 60)})
+        if self.log:
+            ax.set(**{f"{side}scale": "log"})
+        if self.labels:
+            step = -(-len(self.labels) // 20)
+            texts = [plain(shorten_word(label)) for label in self.labels[::step]]
+            turned = (
+                {"rotation": 30, "ha": "right"} if side == "x" and len("".join(texts)) > 40 else {}
+            )
+            getattr(ax, f"set_{side}ticks")(self.values[::step], labels=texts, **turned)
+
+
+def key_axis(key: str, coordinate: "Coordinate") -> KeyAxis:
+    """Return the axis of a varied key."""
+    values = coordinate.values
+    if isinstance(values, list) or values.dtype in (np.bool_, np.int8):  # true and false
+        texts = values if isinstance(values, list) else [("false", "true")[int(v)] for v in values]
+        places = np.arange(len(texts))
+        return KeyAxis(key, "", places.astype(float), places, tuple(texts))
+    numbers = np.asarray(values, dtype=float)
+    order = np.argsort(numbers, kind="stable")
+    if (np.diff(numbers[order]) <= 0.0).any():
+        places = np.arange(numbers.size)
+        labels = tuple(map(study_text, numbers[order]))
+        return KeyAxis(key, coordinate.unit, places.astype(float), order, labels)
+    return KeyAxis(key, coordinate.unit, numbers[order], order)
+
+
+def shorten_word(text: str) -> str:
+    """Return a text that is not too long for a label."""
+    return text if len(text) <= MAX_WORD else f"{text[: MAX_WORD - 1]}…"
+
+
+def last_parts(key: str) -> str:
+    """Return a key without its first parts if it is too long for a label."""
+    parts = key.split(".")
+    while len(parts) > 1 and len(".".join(parts)) > 2 * MAX_WORD:
+        parts = parts[1:]
+    text = ".".join(parts)
+    return text if text == key else f"… {text}"
+
+
+def short_keys(keys: Sequence[str]) -> list[str]:
+    """Return the shortest ends of keys that tell them apart, for labels in little space."""
+    names = [name for key in keys for name in names_in(key)]
+    short = dict(zip(names, short_names(names), strict=True))
+    return [", ".join(short[name] for name in names_in(key)) for key in keys]
 
 
 def draw_sweep(
     table: SweepTable,
     quantities: Sequence[str] = (),
     at: Mapping[str, Any] | None = None,
-    ax: Any = None,
-    appearance: Appearance = USUAL,
-) -> Figure:
-    """Draw a sweep as a matplotlib figure.
+    figure: "Figure | SubFigure | None" = None,
+) -> Any:
+    """Draw a sweep into an empty figure or a new one; return it.
 
     Parameters
     ----------
@@ -91,48 +196,16 @@ def draw_sweep(
         By default the first ones that vary.
     at : mapping, optional
         By key of a grid, the one value of it that is drawn.
-    ax, appearance : optional
-        As in `frictionsim.plots.draw`.
     """
     _check(table, quantities)
+    figure = new_figure() if figure is None else figure
     if table.attributes["design"] == SAMPLE:
         if at:
             raise ArgumentError("at", "it applies to a grid; this sweep is a sample")
-        return drawn_in(
-            lambda target: _draw_sample(table, quantities, target), ax, appearance=appearance
-        )
-    face = face_of(table, at or {})
-    if len(face.axes) > MAX_KEYS:
-        keys = ", ".join(axis.key for axis in face.axes)
-        raise ArgumentError(
-            "at",
-            f"{len(face.axes)} keys have several values ({keys}), a picture shows {MAX_KEYS} at"
-            " most; give values of the others",
-        )
-    third = _third(face, quantities) if len(face.axes) == MAX_KEYS else None
-    return drawn_in(
-        lambda target: _draw_face(table, face, third, quantities, target), ax, appearance=appearance
-    )
-
-
-def _third(face: Face, quantities: Sequence[str]) -> int:
-    """Return the number of the key with a panel for each value: the last of text, else the last."""
-    text_axes = [number for number, axis in enumerate(face.axes) if axis.labels]
-    third = text_axes[-1] if text_axes else MAX_KEYS - 1
-    axis = face.axes[third]
-    if axis.values.size > MAX_PANELS:
-        raise ArgumentError(
-            "at",
-            f"three keys have several values, and {axis.key} has {axis.values.size}, more than the"
-            f" {MAX_PANELS} panels of a picture; give a value of it, e.g. {axis.plain(0)}",
-        )
-    if len(quantities) > 1:
-        raise ArgumentError(
-            "view",
-            "with three keys of several values a picture shows one quantity, got"
-            f" {len(quantities)}; give one, or a value of {axis.key} as 'at', e.g. {axis.plain(0)}",
-        )
-    return third
+        _draw_sample(table, quantities, figure)
+    else:
+        _draw_grid(table, quantities, figure, *_axes_of(table, at or {}))
+    return figure
 
 
 def _check(table: SweepTable, quantities: Sequence[str]) -> None:
@@ -149,13 +222,140 @@ def _check(table: SweepTable, quantities: Sequence[str]) -> None:
             f"expected at most {MAX_PANELS} quantities in a picture, got {len(quantities)}; draw"
             " them in several pictures",
         )
-    numbers = {
-        key: c.values for key, c in table.coordinates.items() if not isinstance(c.values, list)
-    }
-    for name, values in (numbers | table.values).items():
-        finite = values[np.isfinite(values)]
-        if finite.size and max(abs(float(finite.max())), abs(float(finite.min()))) > MAX_DRAWN:
+    keys = {k: c.values for k, c in table.coordinates.items() if not isinstance(c.values, list)}
+    for name, values in (keys | table.values).items():
+        finite = np.asarray(values, dtype=float)[np.isfinite(values)]
+        if np.abs(finite).max(initial=0.0) > MAX_DRAWN:
             raise InputError(f"cannot draw this sweep: '{name}' has numbers above {MAX_DRAWN:g}")
+
+
+def _axes_of(table: SweepTable, at: Mapping[str, Any]) -> tuple[list[KeyAxis], Any, list[str]]:
+    """Return the axes of the keys with several values, the runs in their shape, and notes."""
+    if "run" in table.dimensions:  # values together: over the first key of numbers
+        if at:
+            design = table.attributes["design"]
+            raise ArgumentError("at", f"it applies to a grid; this sweep is a {design}")
+        axes = [key_axis(*item) for item in table.coordinates.items()]
+        axis = next((axis for axis in axes if not axis.labels), axes[0])
+        others = [other.key for other in axes if other is not axis]
+        notes = [f"together with {', '.join(short_keys(others))}"] if others else []
+        return [axis], np.asarray(axis.order), notes
+    for key in at:
+        if key not in table.dimensions:
+            raise ArgumentError("at", unknown("varied key", key, list(table.dimensions)))
+    runs: Any = np.arange(table.runs).reshape(table.shape)
+    several = [key for key, size in table.dimensions.items() if size > 1 and key not in at]
+    free = several or [next(iter(table.dimensions))]  # a single run is a point over its first key
+    drawn: list[KeyAxis] = []
+    fixed: list[str] = []
+    for key in table.dimensions:
+        axis = key_axis(key, table.coordinates[key])
+        runs = runs.take(axis.order, axis=len(drawn))
+        place = _place(axis, at[key]) if key in at else 0
+        if key not in free:
+            runs = runs.take(place, axis=len(drawn))
+            fixed.append(f"{last_parts(key)} = {axis.text(place)}")
+            continue
+        if key in at:
+            runs = runs.take([place], axis=len(drawn))
+            labels = axis.labels[place : place + 1]
+            values = np.zeros(1) if labels else axis.values[place : place + 1]
+            axis = axis._replace(values=values, labels=labels)
+        drawn.append(axis)
+    return drawn, runs, fixed
+
+
+def _place(axis: KeyAxis, wanted: Any) -> int:
+    """Return the place of a value along its axis."""
+    text = str(wanted).strip().strip("\"'")
+    known = [label.strip('"') for label in axis.labels]
+    for candidate in (text, text.lower()):
+        if candidate in known:
+            return known.index(candidate)
+    shown = list(axis.labels) or list(map(study_text, axis.values))
+    try:
+        off = np.abs(axis.values - float(wanted))
+        if not axis.labels and off.min() <= 1e-9 * np.abs(axis.values).max():
+            return int(np.argmin(off))
+    except (TypeError, ValueError):
+        pass
+    if len(shown) > MAX_SHOWN:
+        shown = [*shown[: MAX_SHOWN - 1], "...", shown[-1]]
+    said = f"{axis.key}: the sweep has no value {text}; it has {', '.join(shown)}"
+    raise ArgumentError("at", said)
+
+
+class _Panel(NamedTuple):
+    """A panel: its quantity, its runs in the shape of the axes, and its title."""
+
+    name: str
+    runs: Any
+    title: str = ""
+
+
+def _draw_grid(
+    table: SweepTable,
+    quantities: Sequence[str],
+    figure: "Figure | SubFigure",
+    axes: list[KeyAxis],
+    runs: Any,
+    notes: list[str],
+) -> None:
+    """Draw each quantity into a panel; with three keys one of them, for each value of the third."""
+    keys, drawn = [axis.key for axis in axes], runs.size
+    if len(axes) > MAX_KEYS:
+        raise ArgumentError(
+            "at",
+            f"{len(axes)} keys have several values ({', '.join(keys)}), a picture shows {MAX_KEYS}"
+            " at most; give values of the others",
+        )
+    names, more = list(quantities), list[str]()
+    if len(axes) == MAX_KEYS:
+        third, axis = _third(axes, quantities)
+        names, more = (names, more) if names else chosen(table, runs, 1)
+        axes = axes[:third] + axes[third + 1 :]
+        titles = [f"{last_parts(axis.key)} = {axis.text(i)}" for i in range(axis.values.size)]
+        panels = [_Panel(names[0], runs.take(i, axis=third), t) for i, t in enumerate(titles)]
+    else:
+        names, more = (names, more) if names else chosen(table, runs, MAX_PANELS)
+        panels = [_Panel(name, runs) for name in names]
+    is_map = len(axes) == 2
+    if is_map and bool(axes[0].labels) != bool(axes[1].labels):
+        if axes[0].labels:
+            axes = axes[::-1]
+            panels = [panel._replace(runs=panel.runs.T) for panel in panels]
+        is_map = axes[1].values.size > MAX_LINES
+    places = _places(figure, len(panels), MAPS if is_map else CURVES, sharey=bool(panels[0].title))
+    for ax, panel in zip(places, panels, strict=True):
+        ax.set_title(plain(panel.title), fontsize="small")
+        draw = _draw_map if is_map else _draw_curves
+        draw(ax, table, panel, axes, runs if panel.title else panel.runs)
+    for ax in places[:-COLUMNS] if len(panels) > 1 else []:
+        ax.set_xlabel("")
+    for ax in places[1::2] if is_map else []:
+        ax.set_ylabel("")
+    figure.align_ylabels(places)
+    _title(figure, table, keys, [*notes, *more], drawn)
+    add_legend(figure, _legend(table, axes, panels, is_map), columns=3)
+
+
+def _third(axes: list[KeyAxis], quantities: Sequence[str]) -> tuple[int, KeyAxis]:
+    """Return the key with a panel for each value: the last of text, else the last."""
+    third = max((i for i, axis in enumerate(axes) if axis.labels), default=len(axes) - 1)
+    axis = axes[third]
+    if axis.values.size > MAX_PANELS:
+        raise ArgumentError(
+            "at",
+            f"three keys have several values, and {axis.key} has {axis.values.size}, more than the"
+            f" {MAX_PANELS} panels of a picture; give a value of it, e.g. {axis.plain(0)}",
+        )
+    if len(quantities) > 1:
+        raise ArgumentError(
+            "view",
+            "with three keys of several values a picture shows one quantity, got"
+            f" {len(quantities)}; give one, or a value of {axis.key} as 'at', e.g. {axis.plain(0)}",
+        )
+    return third, axis
 
 
 def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[str], list[str]]:
@@ -166,150 +366,270 @@ def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[
     varying = [name for name in table.values if not is_constant(sound_values(table, name)[runs])]
     candidates = varying or list(table.values)
     defined = any(np.isfinite(sound_values(table, name)[runs]).any() for name in table.values)
-    several = not isinstance(runs, np.ndarray) or runs.size > 1
+    several = isinstance(runs, slice) or runs.size > 1
     notes = ["no quantity varies"] if defined and several and not varying else []
     if len(candidates) > count:
         notes.append(f"{count} of {len(candidates)} quantities{' that vary' if varying else ''}")
     return candidates[:count], notes
 
 
-class _QuantityPanel(NamedTuple):
-    """A panel: its quantity, its runs in the shape of the axes, and its title."""
-
-    name: str
-    runs: Any
-    title: str = ""
-
-
-class _Layout(NamedTuple):
-    """How the panels are drawn: as maps, or as curves over the first key."""
-
-    axes: tuple[KeyAxis, ...]
-    is_map: bool
-    joined: bool
+def _marks(table: SweepTable, name: str, runs: Any) -> dict[str, Any]:
+    """Return which runs have which mark."""
+    status, missing = table.status[runs], ~np.isfinite(table.values[name][runs])
+    return {
+        "failed": status == FAILED,
+        "not defined": missing & np.isin(status, (DONE, AUDIT_FAILED)),
+        "not run": status == NOT_RUN,
+        "audit failed": (status == AUDIT_FAILED) & ~missing,
+    }
 
 
-def _layout(axes: tuple[KeyAxis, ...], runs: Any, joined: bool) -> tuple[_Layout, Any]:
-    """Return the layout of runs over one or two keys, and the runs in its shape."""
-    if len(axes) == 1:
-        return _Layout(axes, False, joined and not axes[0].labels), runs
-    one, other = axes
-    if bool(one.labels) != bool(other.labels):
-        if one.labels:
-            one, other, runs = other, one, runs.T
-        if other.values.size <= MAX_LINES:
-            return _Layout((one, other), False, True), runs
-    return _Layout((one, other), True, False), runs
+def values_of(table: SweepTable, name: str, runs: Any) -> "Array":
+    """Return a quantity of runs that are done, whatever their audit; else NaN."""
+    done = np.isin(table.status[runs], (DONE, AUDIT_FAILED))
+    return np.where(done, table.values[name][runs], np.nan)
 
 
-def _draw_face(
-    table: SweepTable,
-    face: Face,
-    third: int | None,
-    quantities: Sequence[str],
-    figure: "Figure | SubFigure",
+JUMP = 6.0  # times the changes beside it and JUMP_RANGE of all values: a change that is a jump
+JUMP_RANGE = 0.1
+
+
+def is_jump(x: "Array", y: "Array") -> Any:
+    """Return between which neighbours there is a jump, (n - 1,): the slope is of another size.
+
+    A false one costs a piece of a line, a missed one would show values that no run has.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        slope = np.abs(np.diff(y) / np.diff(x))
+        beside = np.fmax(np.append(slope[1:], np.nan), np.insert(slope[:-1], 0, np.nan))
+        least = JUMP_RANGE * (np.nanmax(y, initial=-np.inf) - np.nanmin(y, initial=np.inf))
+        return (slope > JUMP * beside) & (np.abs(np.diff(y)) > least)
+
+
+def _draw_curves(
+    ax: Any, table: SweepTable, panel: _Panel, axes: Sequence[KeyAxis], scaled: Any
 ) -> None:
-    """Draw each quantity into a panel; with three keys one of them, for each value of the third."""
-    names, notes = list(quantities), list(face.fixed)
-    if not names:
-        names, note = chosen(table, face.runs, MAX_PANELS if third is None else 1)
-        notes += note
-    axes = face.axes
-    if third is None:
-        layout, runs = _layout(axes, face.runs, face.joined)
-        panels = [_QuantityPanel(name, runs) for name in names]
-    else:
-        axis, rest = axes[third], axes[:third] + axes[third + 1 :]
-        panels = []
-        for place in range(axis.values.size):
-            layout, runs = _layout(rest, face.runs.take(place, axis=third), True)
-            key = shortened_key(axis.key)
-            panels.append(_QuantityPanel(names[0], runs, f"{key} = {axis.text(place)}"))
-    height = MAPS if layout.is_map else CURVES
-    places = _panels(figure, len(panels), height, sharey=layout.is_map or third is not None)
-    for ax, panel in zip(places, panels, strict=True):
-        if panel.title:
-            ax.set_title(panel.title, fontsize="small")
-        if layout.is_map:
-            common = panel.runs if third is None else face.runs
-            norm = norm_of(_drawn_values(table, panel.name, common))
-            mesh = draw_map(ax, table, panel.name, layout.axes, panel.runs, norm)
-            if mesh is not None:
-                figure.colorbar(mesh, ax=ax, label=label_of(table, panel.name))
+    """Draw a quantity over the first key, with a curve for each text of the second one."""
+    x, columns = axes[0].values, panel.runs.reshape(axes[0].values.size, -1)
+    axes[0].prepare(ax, "x")
+    ax.set_ylabel(label_of(table, panel.name))
+    ax.grid(visible=True)
+    known = values_of(table, panel.name, scaled)
+    norm = norm_of(known) if np.isfinite(known).any() else None
+    values, marks = sound_values(table, panel.name)[columns], _marks(table, panel.name, columns)
+    for i in range(columns.shape[1]):
+        y = values[:, i]
+        height = np.log(y) if isinstance(norm, LogNorm) else y
+        jumps = is_jump(x, height)
+        if axes[0].log:
+            jumps &= is_jump(np.log(x), height)
+        places = np.arange(1, x.size)[jumps]
+        look = curve_look(i, x.size, is_joined(axes[0], y, table.units[panel.name]))
+        ax.plot(np.insert(x, places, np.nan), np.insert(y, places, np.nan), **look)
+        for n, (mark, own) in enumerate(MARKS.items()):
+            at = marks[mark][:, i]
+            if not at.any():
+                continue
+            own = own if columns.shape[1] == 1 else own | {"color": look["color"]}
+            if mark == "audit failed":
+                ax.plot(x[at], table.values[panel.name][columns[at, i]], linestyle="", **own)
             else:
-                ax.set_title(label_of(table, panel.name) + ": no values", fontsize="small")
-        else:
-            draw_curves(ax, table, panel.name, layout.axes, panel.runs, layout.joined)
-            ax.set_ylabel(label_of(table, panel.name))
-    _label_keys(places, layout)
-    if not layout.is_map:
-        figure.align_ylabels(places)
-    _title(figure, table, [axis.key for axis in axes], notes, face.runs.size)
-    add_legend(figure, _handles(table, layout, panels), columns=3)
+                low = np.full(at.sum(), 0.03 + 0.05 * i + 0.01 * n)
+                ax.plot(x[at], low, linestyle="", transform=ax.get_xaxis_transform(), **own)
+    below = any(marks[mark].any() for mark in MARKS if mark != "audit failed")
+    if norm is None:
+        ax.set_yticks([])
+        return
+    if isinstance(norm, LogNorm):
+        ax.set_yscale("log")
+    ax.margins(x=0.03, y=0.1 + 0.06 * columns.shape[1] * below)  # marks are below all values
+    if is_constant(known):
+        ax.set_ylim(norm.vmin, norm.vmax)
 
 
-def _label_keys(places: list[Any], layout: _Layout) -> None:
-    """Label the keys below the lowest panels, and of maps beside the left ones."""
-    columns = min(len(places), COLUMNS)
-    for ax in places[-columns:]:
-        ax.set_xlabel(layout.axes[0].label(), fontsize="small")
-    if layout.is_map:
-        for ax in places[::columns]:
-            ax.set_ylabel(layout.axes[1].label(KEY_BESIDE), fontsize="small")
+def is_joined(axis: KeyAxis, values: "Array", unit: str) -> bool:
+    """Return whether a line joins values: not those of texts, nor counts."""
+    whole = values[np.isfinite(values)]
+    counts = unit == "1" and whole.size and (whole == np.round(whole)).all() and np.ptp(whole) > 0.0
+    return not axis.labels and not counts
 
 
-def _drawn_values(table: SweepTable, name: str, runs: Any) -> Any:
-    outcomes = outcomes_of(table, name, runs)
-    return np.where(np.isnan(outcomes.values), outcomes.audit_failures, outcomes.values)
+def curve_look(number: int, points: int, joined: bool) -> Look:
+    """Return the look of a curve: with a marker at each run."""
+    look = line_look(number) | {"marker": MARKERS[number % len(MARKERS)]}
+    look["markersize"] = 4 if points <= 60 else 2
+    return look if joined else look | {"linestyle": ""}
 
 
-def _handles(table: SweepTable, layout: _Layout, panels: list[_QuantityPanel]) -> list[Any]:
-    """Return the legend: curves, and marks with the number of their runs."""
-    handles = []
-    if not layout.is_map and len(layout.axes) == 2:
-        handles = legend_of_curves(layout.axes[1], layout.axes[0].values.size, layout.joined)
-        if layout.axes[1].key:
-            key = shortened_key(layout.axes[1].key)
-            handles.insert(0, Line2D([], [], linestyle="", label=f"{key}:"))
-    marks: dict[str, str] = {}
-    counted: dict[str, dict[str, set[int]]] = {}
-    for panel in panels:
-        for mark, where in outcomes_of(table, panel.name, panel.runs).marks.items():
-            runs = counted.setdefault(mark, {}).setdefault(panel.name, set())
-            runs |= set(panel.runs[where].tolist())
-    for mark, by_name in counted.items():
-        numbers = [len(runs) for runs in by_name.values()]
-        if any(numbers):
-            least = min(number for number in numbers if number)
-            several = f"{least} to {max(numbers)}" if max(numbers) > least else f"{least}"
-            marks[mark] = f"{mark}: {several} run{'' if several == '1' else 's'}"
-    return [*handles, *(legend_of_map(marks) if layout.is_map else legend_of(marks, bool(handles)))]
+def norm_of(values: "Array") -> Normalize:
+    """Return the scale of the values of a quantity, of which one is finite."""
+    known = values[np.isfinite(values)]
+    low, high = float(known.min()), float(known.max())
+    if is_constant(known):
+        half = 0.1 * max(abs(low), abs(high)) or 1.0
+        low, high = low - half, high + half
+    return LogNorm(low, high) if low > 0.0 and high >= LOG_RATIO * low else Normalize(low, high)
+
+
+def _draw_map(
+    ax: Any, table: SweepTable, panel: _Panel, axes: Sequence[KeyAxis], scaled: Any
+) -> None:
+    """Draw a quantity over two keys as cells; few cells have their values written in them."""
+    x, y = axes
+    x.prepare(ax, "x")
+    y.prepare(ax, "y")
+    ax.set_facecolor("#EEEEEE")
+    values, label = values_of(table, panel.name, panel.runs), label_of(table, panel.name)
+    if np.isfinite(values).any():
+        norm = norm_of(values_of(table, panel.name, scaled))
+        look: Look = {"cmap": TENSION_COLOURS, "norm": norm, "rasterized": values.size > 5000}
+        mesh = ax.pcolormesh(x.edges, y.edges, np.ma.masked_invalid(values).T, **look)
+        ax.figure.colorbar(mesh, ax=ax, label=label)
+        few = x.values.size <= MAX_CELLS[0] and y.values.size <= MAX_CELLS[1]
+        for i, j in np.argwhere(np.isfinite(values)) if few else ():
+            colour = "white" if norm(values[i, j]) < 0.5 else BLACK
+            at = {"ha": "center", "va": "center", "fontsize": "x-small", "color": colour}
+            ax.text(x.values[i], y.values[j], picture_text(values[i, j], 3), **at)
+    else:
+        ax.set_title(f"{label}: no values", fontsize="small")
+    for mark, where in _marks(table, panel.name, panel.runs).items():
+        columns, rows = np.nonzero(where)
+        if columns.size:
+            ax.plot(x.values[columns], y.values[rows], linestyle="", **MARKS[mark])
+    ax.set(xlim=x.edges[[0, -1]], ylim=y.edges[[0, -1]])
+
+
+def _legend(
+    table: SweepTable, axes: Sequence[KeyAxis], panels: Sequence[_Panel], is_map: bool
+) -> dict[str, Any]:
+    """Return the legend by words: curves, and marks with the number of their runs."""
+    handles: dict[str, Any] = {}
+    if not is_map and len(axes) == 2:
+        first = panels[0]
+        for i in range(axes[1].values.size):
+            values = sound_values(table, first.name)[first.runs[:, i]]
+            joined = is_joined(axes[0], values, table.units[first.name])
+            look = curve_look(i, axes[0].values.size, joined)
+            (name,) = short_keys([axes[1].key])
+            handles[f"{name} = {axes[1].text(i)}"] = Line2D([], [], **look)
+    for mark, look in MARKS.items():
+        runs: dict[str, int] = {}
+        for panel in panels:
+            count = int(_marks(table, panel.name, panel.runs)[mark].sum())
+            runs[panel.name] = runs.get(panel.name, 0) + count
+        some = sorted({count for count in runs.values() if count})
+        if some:
+            several = f"{some[0]} to {some[-1]}" if len(some) > 1 else f"{some[0]}"
+            own = look | {"color": BLACK} if handles and not is_map and len(axes) == 2 else look
+            words = f"{mark}: {several} run{'' if several == '1' else 's'}"
+            handles[words] = Line2D([], [], linestyle="", **own)
+    return handles
+
+
+LINES: dict[str, Look] = {
+    "mean": {"color": VERMILION, "linestyle": "-", "linewidth": 1.8},
+    "50 %": {"color": BLACK, "linestyle": (0, (6, 2)), "linewidth": 1.3},
+    "5 % and 95 %": {"color": BLACK, "linestyle": (0, (2, 1.5)), "linewidth": 1.3},
+}
+BARS = {"first-order index": BLUE, "total index": SKY}
+MAX_BINS, MAX_BARS = 50, 8
+MAX_INDEX = 2.0  # at the end of the scale; that of an estimate may be above 1
 
 
 def _draw_sample(
     table: SweepTable, quantities: Sequence[str], figure: "Figure | SubFigure"
 ) -> None:
-    """Draw histogram and indices of each quantity in a row; of a single key no indices."""
+    """Draw histogram and indices of each quantity in a row; without indices no room for them."""
     sampling = variation(table)[1]
     runs = independent_runs(table, sampling)
-    names, notes = list(quantities), list[str]()
-    if not names:
-        names, notes = chosen(table, runs)
+    names, notes = (list(quantities), list[str]()) if quantities else chosen(table, runs)
     indices = indices_of(table, names) if len(table.coordinates) > 1 else {}
-    row = SAMPLES + HEIGHT_OF_BAR * max(0, min(len(table.coordinates), MAX_BARS) - 2)
-    if isinstance(figure, Figure):
-        figure.set_figheight(HEADING + row * len(names))
+    if not any(one.exist for one in indices.values()):
+        indices = {}
+    bars = max(0, min(len(table.coordinates), MAX_BARS) - 2) if indices else 0
+    set_height(figure, HEADING + (SAMPLES + 0.28 * bars) * len(names))
     axes = figure.subplots(len(names), 2 if indices else 1, squeeze=False)
     for (left, *right), name in zip(axes, names, strict=True):
-        values = sound_values(table, name)[runs]
-        draw_histogram(left, table, name, values, statistics_of(values))
+        _draw_histogram(left, table, name, sound_values(table, name)[runs])
         for ax in right:
-            draw_tornado(ax, list(table.coordinates), indices[name])
+            _draw_tornado(ax, list(table.coordinates), indices[name])
     if sampling is not None:
         independent = f", {runs.stop} independent runs" if sampling.indices else ""
         notes.insert(0, f"{sampling.method} sample{independent}")
     _title(figure, table, list(table.coordinates), notes, table.runs)
-    add_legend(figure, legend_of_sample(any(i.exist for i in indices.values())), columns=5)
+    handles: dict[str, Any] = {name: Line2D([], [], **look) for name, look in LINES.items()}
+    bar = {name: Patch(facecolor=colour, edgecolor=BLACK) for name, colour in BARS.items()}
+    add_legend(figure, handles | (bar if indices else {}), columns=5)
+
+
+def _draw_histogram(ax: Any, table: SweepTable, name: str, values: "Array") -> None:
+    """Draw how often a quantity has which values, with its mean and quantiles."""
+    unit, s = table.units[name], statistics_of(values)
+    ax.set_xlabel(axis_label(name.replace("_", " "), unit, 60), fontsize="small")
+    ax.set_ylabel("runs", fontsize="small")
+    if not s.runs:
+        _write(ax, "not defined in any run")
+        return
+    known = values[np.isfinite(values)]
+    norm = norm_of(known)
+    edges = np.array([norm.vmin, norm.vmax])
+    if not is_constant(known):
+        edges = np.histogram_bin_edges(known, "rice")
+        edges = np.linspace(edges[0], edges[-1], min(edges.size, MAX_BINS + 1))
+    ax.hist(known, bins=edges, color=SKY, edgecolor=BLACK, linewidth=0.4)
+    ax.locator_params(axis="x", nbins=6)
+    places = ((s.mean,), (s.quantile_50,), (s.quantile_5, s.quantile_95))
+    for look, at in zip(LINES.values(), places, strict=True):
+        for place in at:
+            ax.axvline(place, **look)
+    spread = f", standard deviation {picture_text(s.standard_deviation)}"
+    deviation = "" if np.isnan(s.standard_deviation) else spread
+    low, median, high = (picture_text(value, 5) for value in s[3:])
+    lines = [
+        with_unit(f"mean {picture_text(s.mean, 5)}{deviation}", unit),
+        with_unit(f"5 %: {low}, 50 %: {median}, 95 %: {high}", unit),
+    ]
+    if s.runs < values.size:
+        lines.append(f"from {s.runs} of {values.size} runs; the others failed or do not define it")
+    ax.set_title("\n".join(lines), fontsize="x-small", loc="left")
+
+
+def _draw_tornado(ax: Any, keys: Sequence[str], indices: SobolIndices) -> None:
+    """Draw the indices of each key as bars, the largest total index at the top."""
+    if not indices.exist:
+        _write(ax, indices.basis)
+        return
+    first, total = indices.values[:3], indices.values[3:]  # each with the ends of its interval
+    order = np.argsort(-total[0], kind="stable")[:MAX_BARS]
+    places = np.arange(order.size, dtype=float)
+    for (name, colour), (values, *ends), up in zip(
+        BARS.items(), (first, total), (-1, 1), strict=True
+    ):
+        around = np.abs(np.array(ends)[:, order] - values[order])
+        look: Look = {"facecolor": colour, "edgecolor": BLACK, "linewidth": 0.6, "label": name}
+        error: Look = {"elinewidth": 1.0, "capsize": 2.0, "ecolor": BLACK}
+        ax.barh(places + 0.19 * up, values[order], 0.38, xerr=around, error_kw=error, **look)
+    names = short_keys(keys)
+    ax.set_yticks(places, labels=[plain(_end(names[i])) for i in order], fontsize="small")
+    ax.set_ylim(order.size - 0.5, -0.5)
+    low, high = (float(of(indices.values[:, order])) for of in (np.nanmin, np.nanmax))
+    ax.set_xlim(max(-MAX_INDEX, min(0.0, 1.05 * low)), min(MAX_INDEX, max(1.0, 1.05 * high)))
+    ax.grid(visible=True)
+    ax.set_xlabel("part of the variance", fontsize="small")
+    rest = len(keys) - order.size
+    more = f"; {rest} keys with smaller indices are not shown" if rest else ""
+    ax.set_title(fill(indices.basis + more, 52), fontsize="x-small", loc="left")
+
+
+def _end(name: str) -> str:
+    return name if len(name) <= MAX_WORD else f"…{name[1 - MAX_WORD :]}"
+
+
+def _write(ax: Any, text: str) -> None:
+    """Write a text instead of a drawing."""
+    ax.set(xticks=[], yticks=[], ylabel="")
+    where: Look = {"ha": "center", "va": "center", "fontsize": "small", "transform": ax.transAxes}
+    ax.text(0.5, 0.5, fill(text, 42), **where)
 
 
 def label_of(table: SweepTable, name: str) -> str:
@@ -317,13 +637,11 @@ def label_of(table: SweepTable, name: str) -> str:
     return axis_label(name.replace("_", " "), table.units[name], MAX_WORD)
 
 
-def _panels(figure: "Figure | SubFigure", count: int, row: float, sharey: bool) -> list[Any]:
+def _places(figure: "Figure | SubFigure", count: int, row: float, sharey: bool) -> list[Any]:
     """Return the Axes of panels, in one column or two."""
     columns = 1 if count == 1 else COLUMNS
     rows = -(-count // columns)
-    if isinstance(figure, Figure):
-        single = 1.6 if rows == 1 else 1.0
-        figure.set_figheight(HEADING + single * row * rows)
+    set_height(figure, HEADING + (1.6 if rows == 1 else 1.0) * row * rows)
     axes = figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
     flat = list(axes.ravel())
     for empty in flat[count:]:
@@ -341,7 +659,6 @@ def _title(
 ) -> None:
     """Give a figure the title of a sweep: its varied keys, and the number of runs drawn."""
     attributes = table.attributes
-    title = attributes["title"] or attributes["kind"]
     number = {status: table.count(status) for status in (NOT_RUN, FAILED, AUDIT_FAILED)}
     parts = [*short_overrides(attributes), *notes]
     if number[NOT_RUN]:
@@ -353,10 +670,8 @@ def _title(
         if number[status]:
             parts.append(f"{number[status]} {words}")
     names = short_keys(keys)
-    keys_varied = f"{len(names)} keys"
+    varied = f"{len(names)} keys"
     if len(names) <= MAX_KEYS:
-        keys_varied = " and ".join([*([", ".join(names[:-1])] if names[:-1] else []), names[-1]])
-    short = title if len(title) <= MAX_TITLE else f"{title[: MAX_TITLE - 1]}…"
-    text = f"{short}: sweep over {keys_varied}\n({'; '.join(parts)})"
-    height = figure.get_figheight() if isinstance(figure, Figure) else 1.0
-    set_title(figure, text, height, scaled=False)
+        varied = " and ".join([*([", ".join(names[:-1])] if names[:-1] else []), names[-1]])
+    title = shorten(attributes["title"] or attributes["kind"], 240, placeholder="…")
+    set_title(figure, f"{title}: sweep over {varied}\n({'; '.join(parts)})")

@@ -7,9 +7,6 @@ import numpy as np
 
 from frictionsim.display import set_line, study_text, time_text, with_minus
 from frictionsim.document import Block, Cell, Table
-from frictionsim.errors import InputError
-from frictionsim.motion import motion_of
-from frictionsim.motion.parts import Band, Motion
 from frictionsim.reports.html import Html, escaped, folded, html, listed, region, section, table
 from frictionsim.reports.page import page
 from frictionsim.reports.run_charts import (
@@ -96,13 +93,12 @@ def data_of(runs: "Sequence[ReportedRun]") -> dict[str, Any]:
 def _result_data(run: "ReportedRun", times: TimePool) -> dict[str, Any]:
     record = run.record
     time = np.asarray(record.channels["time"], dtype=float)
-    motion, reason = _motion(run)
     names = event_labels(record)
     return {
         "label": run.label,
         "kind": run.attribute("kind"),
-        "motion": motion,
-        "no_motion": reason,
+        "motion": None,
+        "no_motion": "",
         # A clock that goes from sample to sample needs no more of them than a line.
         "steps": times.number(time[thinned(time, MAX_STEPS)]),
         "sticking": [list(phase) for phase in sticking_phases(record)] if time.size else [],
@@ -112,29 +108,6 @@ def _result_data(run: "ReportedRun", times: TimePool) -> dict[str, Any]:
             "names": names if len(names) <= MAX_MARKS else [],
         },
     }
-
-
-def _motion(run: "ReportedRun") -> tuple[Motion | None, str]:
-    """Return the motion of a run, or why there is none."""
-    try:
-        motion = motion_of(run.record)
-    except InputError as error:
-        return None, str(error)
-    if motion is None:
-        return None, f"There is no drawing of the kind {run.attribute('kind')}."
-    return motion._replace(parts=tuple(map(_as_drawn, motion.parts))), ""
-
-
-def _as_drawn(part: Any) -> Any:
-    """Return a part as a screen shows it: a belt has so many points that doubles are too large."""
-    if not isinstance(part, Band):
-        return part
-    values = {name: getattr(part, name) for name in ("x", "y", "value")}
-    small: dict[str, Any] = {
-        name: None if array is None else np.asarray(array, dtype=np.float32)
-        for name, array in values.items()
-    }
-    return part._replace(**small)
 
 
 # By status a sign, so that not only the colour tells it, and what it means.

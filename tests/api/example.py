@@ -66,7 +66,7 @@ def simulate(folder: Path) -> None:
     comparison: fs.Comparison = fs.compare(opened, folder / "a.h5", rtol=1e-9, ignore=["energy_*"])
     differences: list[float | None] = [row.difference for row in comparison.rows]
     figure: Figure = fs.plot(result, view="response")
-    fs.plot(name, ax=None)
+    fs.plot(name, figure=None)
     written: Path = fs.report(result, folder / "a.html")
     moving: Path = fs.animate(result, folder / "a.gif", fps=2.0, speed=np.float64(3.0))
     print(value, written, moving, comparison.same, comparison.notes, differences, figure.axes)

@@ -42,7 +42,7 @@ OF_FUNCTIONS: dict[str, set[str]] = {
     "cost": set(),
     "sweep": set(),
     "compare": {"golden"},
-    "plot": {"window", "title", "ax"},
+    "plot": {"window", "title", "figure"},
 }
 
 

@@ -12,8 +12,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from frictionsim.display import BLACK, BLUE, ORANGE, PURPLE, VERMILION
-from frictionsim.plots.picture_file import save
-from frictionsim.plots.style import add_legend, grid, line_style
+from frictionsim.plots.style import add_legend, line_look, save
 from frictionsim.results import Record
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import run
@@ -169,14 +168,14 @@ def pulley() -> None:
     early.set(xlim=(0.0, 3.0), ylim=(-100.0, 3300.0))
     early.tick_params(labelsize="small")
     early.set_title("the first 3 s", fontsize="small")
-    add_legend(figure, handles, columns=3)
+    add_legend(figure, {str(one.get_label()): one for one in handles}, columns=3)
     save(figure, RESULTS / "pulley_fig10.png")
 
 
 def _draw(axes: Any, done: Record) -> list[Any]:
     handles = []
     for number, (name, (factor, words, colour)) in enumerate(CURVES.items()):
-        style = line_style(number) | {"color": colour}
+        style = line_look(number) | {"color": colour}
         handles += axes.plot(done.time, factor * done.channels[name], **style, label=words)
     dots: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 3.5, "linestyle": "none"}
     for time, *exact in RAMP:
@@ -185,7 +184,8 @@ def _draw(axes: Any, done: Record) -> list[Any]:
     start = quantity_of(done, "breakaway_time")
     style = {"color": BLACK, "linewidth": 0.8, "linestyle": (0, (1, 1))}
     label = f"breakaway, {start:.4f} s"
-    grid(axes)
+    axes.margins(x=0.0)
+    axes.grid(linewidth=0.3)
     return [*handles, *handle, axes.axvline(start, **style, label=label)]
 
 

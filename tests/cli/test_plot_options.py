@@ -87,7 +87,7 @@ def test_all_views_show_what_applies_to_them(told: Callable[..., tuple[str, str]
     out, err = told("gear.h5", "--view", "all", "--time", "1", "--from", "0.5", "-o", "g.svg")
     assert (out.split(), err) == ([f"g-{v}.svg" for v in ("response", "torque", "path")], "")
     assert "at 1 s" in Path("g-path.svg").read_text(encoding="utf-8")
-    assert "no single instant" in told("a.h5", "--view", "all", "--time", "1", code=2)[1]
+    assert "no single instant" in told("a.h5", "--view", "traction", "--time", "1", code=2)[1]
 
 
 def test_a_sweep_has_the_size_and_style(told: Callable[..., tuple[str, str]], folder: Path) -> None:

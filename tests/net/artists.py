@@ -17,8 +17,8 @@ from tests.net.digests import digest
 BLOCKS = 8  # of a coarse frame, each way
 # A view of any kind but its own is refused, and how is part of what a commit does.
 VIEWS = {
-    "pulley": ("response", "traction"),
-    "marble_machine": ("response", "torque"),
+    "pulley": ("response", "traction", "mechanism"),
+    "marble_machine": ("response", "torque", "mechanism"),
     "epicyclic": ("response", "torque", "path"),
     "shaft": ("response", "friction_circle"),
     "belt_drive": ("speeds", "drive", "tension", "body"),

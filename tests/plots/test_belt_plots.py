@@ -51,7 +51,7 @@ def test_pictures_of_large_belts_are_small_files_with_details_of_the_first_pulle
     figure = draw(belt_run(RING, bodies=bodies, samples=11), view)
     assert len(png(figure)) < MAX_BYTES
     if view == "drive":
-        assert "forces on the first 8 of 13 pulleys" in words_of(figure)
+        assert len([ax for ax in figure.axes if ax.get_title() in {p.name for p in RING}]) == 4
 
 
 def test_a_body_is_chosen_by_its_number() -> None:

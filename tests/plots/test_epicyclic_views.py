@@ -49,7 +49,7 @@ def test_the_torque_over_the_angle_is_that_of_the_samples_and_of_the_closed_form
 def marks(record: Record) -> tuple[Any, list[str]]:
     """Return the places of the cusps, (n, 2), and the texts of the key."""
     figure = draw(record, "path")
-    lines = [line for line in figure.axes[0].lines if line.get_marker() == "D"]
+    lines = [line for ax in figure.axes for line in ax.lines if line.get_marker() == "D"]
     places = np.column_stack(lines[0].get_data()) if lines else np.zeros((0, 2))
     return places, [text.get_text() for text in figure.legends[0].get_texts()]
 
@@ -86,10 +86,10 @@ def test_the_longest_dwell_is_that_of_the_summary() -> None:
     dwell = record.quantities["tracer_dwell_time"].value
     figure = draw(record, "path")
     assert f"longest dwell, {dwell:.4g} s" in marks(record)[1]
-    ax = figure.axes[0]
-    ring = next(line for line in ax.lines if str(line.get_label()).startswith("longest dwell"))
-    (x,), (y,) = ring.get_data()
-    thick = next(line for line in ax.lines if line.get_linewidth() == 5.0)
+    lines = [line for ax in figure.axes for line in ax.lines]
+    thick = next(line for line in lines if str(line.get_label()).startswith("longest dwell"))
+    middle = len(thick.get_xdata()) // 2  # of an even number of points, the one beside it
+    x, y = (np.mean(data[middle - 1 : middle + 1]) for data in thick.get_data())
     far = np.hypot(thick.get_xdata() - x, thick.get_ydata() - y)
-    assert far[[0, -1]] == pytest.approx(0.004, rel=1e-9)  # roundings of the root
-    assert np.hypot(x, y) == pytest.approx(0.12, rel=1e-12)  # it dwells at a cusp
+    assert far[[0, -1]] == pytest.approx(0.004, rel=1e-3)  # the middle is between two points
+    assert np.hypot(x, y) == pytest.approx(0.12, rel=1e-4)  # it dwells at a cusp

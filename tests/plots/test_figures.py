@@ -1,23 +1,8 @@
-"""Views as figures: in a given figure or in place of axes, in threads, with integer channels."""
+"""Views as figures: in a part of a figure of the caller, with jumps, of unknown kinds."""
 
-import pickle
-import warnings
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
-from io import BytesIO
-from itertools import pairwise
-from pathlib import Path
-from typing import Any
-
-import matplotlib as mpl
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import Collection
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.patches import Patch
-from matplotlib.spines import Spine
 
 from frictionsim.errors import InputError
 from frictionsim.results import OPEN, SLACK, STICK, TAUT, Record
@@ -25,164 +10,20 @@ from tests.plots.test_plots import MAX_BYTES
 from tests.support.cases import one_in, slow
 from tests.support.records import VIEWS, draw, drawn_views, picture, png, shown, with_channels
 
-LAYOUTS = ("constrained", "none", "tight")
-
-
-DOTS_OF_EDGES = 2e-3  # of all dots; a thin curve has as many: artists are compared, too
-
-
-def grid(layout: str) -> tuple[Figure, Any]:
-    figure = Figure(figsize=(12.0, 12.0), layout=layout)  # type: ignore[arg-type]
-    return figure, figure.subplots(2, 2)
-
-
-def content(figure: Figure) -> list[Any]:
-    """Return kind, texts, colours, points and shapes of all artists of a picture."""
-    items: list[Any] = []
-    for artist in figure.findobj(lambda artist: not isinstance(artist, Spine)):
-        items.append(type(artist).__name__)
-        for name in ("text", "color", "facecolor", "marker", "linewidth"):
-            if hasattr(artist, f"get_{name}"):
-                items.append(repr(getattr(artist, f"get_{name}")()))
-        for name in ("position", "xlim", "ylim", "xydata", "array", "offsets"):
-            if hasattr(artist, f"get_{name}"):
-                values = np.ma.array(getattr(artist, f"get_{name}")(), dtype=float)
-                items.append(values.filled(np.nan).tobytes())
-        if isinstance(artist, Patch):
-            items.append(artist.get_extents().get_points().tobytes())
-        elif isinstance(artist, Collection):
-            items += [path.vertices.tobytes() for path in artist.get_paths()]
-    return items
-
-
-@cache
-def content_of(name: str, view: str) -> list[Any]:
-    return content(picture(name, view))
-
 
 @pytest.mark.parametrize(("name", "view"), one_in(6, drawn_views()))
-def test_every_view_is_a_small_file_and_can_be_pickled(name: str, view: str) -> None:
-    figure = pickle.loads(pickle.dumps(picture(name, view)))
-    assert content(figure) == content_of(name, view)
-    assert 5_000 < len(png(figure)) < MAX_BYTES
+def test_every_view_is_a_small_file(name: str, view: str) -> None:
+    assert 5_000 < len(png(picture(name, view))) < MAX_BYTES
 
 
-@pytest.mark.slow
-def test_a_pickled_figure_is_the_same_in_a_notebook() -> None:
-    figure = draw(shown("marble_machine"), "torque")
-    pickled = pickle.loads(pickle.dumps(figure))
-    expected, image = (mpl.image.imread(BytesIO(png(one))) for one in (figure, pickled))
-    assert image.shape == expected.shape
-    # Without AVX-512 the edges of a few artists were seen to depend on what ran before.
-    assert np.mean(np.any(image != expected, axis=2)) < DOTS_OF_EDGES
-
-
-def test_axes_of_subfigures_are_replaced_too() -> None:
+def test_a_view_is_drawn_into_a_part_of_a_figure() -> None:
     figure = Figure(figsize=(12.0, 6.0), layout="constrained")
-    left, right = figure.subfigures(1, 2)
-    nested = right.subfigures(2, 1)[1]
-    for part in (left, nested):
-        assert draw(shown("epicyclic"), "torque", ax=part.subplots()) is figure
+    for part in figure.subfigures(1, 2):
+        assert draw(shown("epicyclic"), "torque", figure=part) is part
+        assert part.get_suptitle().startswith("Epicyclic gear")
+        assert part.axes[0].lines[0].get_label() == "drive"
     assert tuple(figure.get_size_inches()) == (12.0, 6.0)
-    assert nested.subfigs[0].get_suptitle().startswith("Epicyclic gear")
     figure.draw_without_rendering()
-
-
-# Of belts four pulleys need more room than two.
-PLACED = [job for job in drawn_views() if job[0] != "two pulleys"][1:12:2]
-
-
-@pytest.mark.parametrize(
-    ("layout", "jobs"),
-    [("none", PLACED[:1]), slow("none", PLACED[1:3]), slow("constrained", PLACED[3:])],
-)
-def test_views_take_the_place_of_axes(layout: str, jobs: list[tuple[str, str]]) -> None:
-    """Neither panels with title and legend, nor labels of panels, nor views next to each other."""
-    figure, axes = grid(layout)
-    for ax, (name, view) in zip(axes.flat, jobs, strict=False):
-        assert draw(shown(name), view, ax=ax) is figure
-    assert [ax for ax in figure.axes if ax in axes] == list(axes.flat[len(jobs) :])
-    assert tuple(figure.get_size_inches()) == (12.0, 12.0)
-    figure.draw_without_rendering()
-    for part, job in zip(figure.subfigs, jobs, strict=True):
-        assert part.get_suptitle() == " ".join(picture(*job).get_suptitle().split())
-        _check_boxes(part, FigureCanvasAgg(figure).get_renderer(), job)
-
-
-def _check_boxes(part: Any, renderer: Any, job: tuple[str, str]) -> None:
-    title = part.texts[0].get_window_extent(renderer)
-    legends = [legend.get_window_extent(renderer) for legend in part.legends]
-    for panel in (ax.get_tightbbox(renderer) for ax in part.axes):
-        for box in (title, *legends):
-            assert min(panel.y1, box.y1) - max(panel.y0, box.y0) < 1.0, job  # pixel
-        assert max(part.bbox.x0 - panel.x0, panel.x1 - part.bbox.x1) < 1.0, job
-    if job[1] not in ("drive", "friction_circle"):  # their panels are side by side
-        labels = [ax.yaxis.label.get_window_extent(renderer) for ax in part.axes]
-        for upper, lower in pairwise(labels):
-            assert upper.y0 > lower.y1, job
-
-
-@pytest.mark.parametrize("layout", LAYOUTS)
-def test_a_view_that_fails_leaves_the_figure_as_it_was(layout: str) -> None:
-    wrong = shown("two pulleys").channels["pulley_index"].copy()
-    wrong[:, 3] = 2.0
-    faulty = with_channels(shown("two pulleys"), pulley_index=wrong)
-    figure, axes = grid(layout)
-    margins = figure.subplotpars.left
-    for view in ("drive", "tension", "body"):
-        with pytest.raises(InputError, match="touch pulleys that are not in its scenario"):
-            draw(faulty, view, ax=axes[0, 0])
-    assert (figure.axes, figure.subfigs) == (list(axes.flat), [])
-    assert figure.subplotpars.left == margins
-    engine = figure.get_layout_engine()
-    assert isinstance(engine, ConstrainedLayoutEngine) == (layout == "constrained")
-
-
-@pytest.mark.slow
-def test_threads_write_the_same_pictures_as_one_in_every_format(tmp_path: Path) -> None:
-    jobs = [
-        *(("pulley_return", "response", ".png"), ("epicyclic", "torque", ".svg")),
-        *(("epicyclic", "path", ".pdf"), ("four pulleys", "tension", ".png")),
-        *(("two pulleys", "drive", ".svg"), ("marble_machine", "torque", ".pdf")),
-    ]
-
-    def written(name: str, view: str, suffix: str, folder: str) -> bytes:
-        path = tmp_path / f"{folder}-{name}-{view}{suffix}"
-        figure = draw(shown(name), view)
-        with_date = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-        figure.savefig(path, metadata=with_date.get(suffix, {}))
-        return path.read_bytes()
-
-    mpl.rcParams["svg.hashsalt"] = "a"  # else names of elements are random
-    alone = [written(*job, "alone") for job in jobs]
-    parameters, filters = dict(mpl.rcParams), list(warnings.filters)
-    with ThreadPoolExecutor(4) as pool:
-        together = list(pool.map(lambda job: written(*job, "together"), jobs))
-    assert together == alone
-    assert dict(mpl.rcParams) == parameters
-    assert warnings.filters == filters
-
-
-def with_integers(result: Record) -> Record:
-    counts = ("mode", "pulley_index", "sticking", "carried_marbles")
-    columns = ("contact", "mode_from", "mode_to", *counts)
-    return result._replace(
-        channels={
-            name: channel.astype(np.int8) if name.startswith(counts) else channel
-            for name, channel in result.channels.items()
-        },
-        events={
-            name: values.astype(np.int8) if name.startswith(columns) else values
-            for name, values in result.events.items()
-        },
-    )
-
-
-@pytest.mark.parametrize(("name", "view"), one_in(4, drawn_views()))
-def test_integer_channels_give_the_same_pictures(name: str, view: str) -> None:
-    result = with_integers(shown(name))
-    assert [n for n, c in result.channels.items() if c.dtype == np.int8]
-    assert content(draw(result, view)) == content_of(name, view)
 
 
 def test_jumps_of_a_count_are_gaps() -> None:
@@ -213,8 +54,18 @@ def with_engagements(count: int) -> Record:
 @pytest.mark.parametrize("count", [12, slow(500)])
 def test_events_of_pulleys_and_spans_leave_the_views_of_belts(count: int) -> None:
     for view in VIEWS["belt_drive"]:
-        actual = content(draw(with_engagements(count), view))
-        assert actual == content_of("two pulleys", view), view
+        lines, usual = (
+            [
+                line.get_xydata()
+                for ax in figure.axes
+                for line in ax.lines
+                if len(line.get_xdata()) > 2
+            ]
+            for figure in (draw(with_engagements(count), view), picture("two pulleys", view))
+        )
+        assert all(
+            np.array_equal(*two, equal_nan=True) for two in zip(lines, usual, strict=True)
+        ), view
 
 
 def test_channels_over_time_name_events_of_pulleys_and_spans() -> None:

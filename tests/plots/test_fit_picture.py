@@ -29,9 +29,9 @@ def test_data_fit_and_residuals_over_time(series: fs.Fit, tmp_path: Path) -> Non
     figure = series.plot()
     assert [ax.get_ylabel() for ax in figure.axes] == [
         "angular\nvelocity, rad/s",
-        "residual,\nrad/s",
+        "residual, rad/s",
         "angle, rad",
-        "residual,\nrad",
+        "residual, rad",
     ]
     assert figure.axes[1].get_xlabel() == "time, s"
     data, fitted = figure.axes[0].lines

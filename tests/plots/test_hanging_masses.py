@@ -61,11 +61,9 @@ def test_the_panels_of_a_lift() -> None:
 def test_the_torques_to_lift_and_to_hold_are_those_of_the_weights() -> None:
     ax = panel(drawn(), "drive torque")
     hold, lift = (R * (M1 - M2) + sign * R_S * (M1 + M2) for sign in (-1.0, 1.0))
-    texts = {text.get_text() for text in ax.texts}
-    assert {f"−{-G * lift:.1f} N m to lift", f"−{-G * hold:.1f} N m to hold"} <= texts  # noqa: RUF001
-    levels = {one.get_ydata()[0] for one in ax.lines if one.get_linestyle() == "--"}
-    assert any(level == pytest.approx(G * lift) for level in levels)
-    assert any(level == pytest.approx(G * hold) for level in levels)
+    levels = {one.get_label(): one.get_ydata()[0] for one in ax.lines}
+    for way, mass in (("lift", lift), ("hold", hold)):
+        assert levels[f"to {way}: −{-G * mass:.1f} N m"] == pytest.approx(G * mass)  # noqa: RUF001
     # It breaks away where the torque crosses the upper one.
     time, torque = line(ax)
     assert np.interp(0.666887698, time, torque) == pytest.approx(G * lift, rel=1e-6)
@@ -95,7 +93,7 @@ def test_the_last_rest_is_that_of_the_car_which_slides_on_while_the_sheave_stick
     assert record.quantities["last_rest_time"].value == pytest.approx(END, abs=1e-6)
     (legend,) = drawn().legends
     texts = [text.get_text() for text in [*drawn().axes[0].texts, *legend.get_texts()]]
-    assert texts.count("the shaft sticks") > 1
+    assert texts.count("the shaft sticks") == 1
     assert not {"stick", "sticking"} & {*texts}
 
 
@@ -187,8 +185,8 @@ def test_a_window_shows_its_part_of_the_slip_and_times_of_its_beginning_and_end_
         ax = draw(solved(LIFT), "traction", window=(low, high)).axes[0]
         assert [text.get_text() for text in ax.texts] == times
         (span,) = ax.patches
-        assert span.get_x() == pytest.approx(low or START)
-        assert span.get_x() + span.get_width() == pytest.approx(high or END)
+        assert span.get_x() == pytest.approx(START)
+        assert span.get_x() + span.get_width() == pytest.approx(END)
 
 
 @pytest.mark.parametrize("drive", ["drive_torque", "drive_force"])
@@ -214,7 +212,7 @@ def test_of_a_cord_that_cannot_slip_all_views_are_one(told: Any, here: Path) -> 
 
 def test_limits_are_drawn_with_a_chosen_channel_and_without_masses() -> None:
     (ax,) = draw(solved(LIFT), channels="drive_torque").axes
-    assert len([text for text in ax.texts if text.get_text().endswith(("hold", "lift"))]) == 2
+    assert len([one for one in ax.lines if one.get_label().startswith("to ")]) == 2
 
     data = pulley(
         drive__force=None,
@@ -226,4 +224,4 @@ def test_limits_are_drawn_with_a_chosen_channel_and_without_masses() -> None:
     geometry, journal = data["mechanism"], data["effects"]["shaft_friction"]
     radius = journal["shaft_radius"] * sin(atan(journal["mu_s"]))
     wanted = geometry["load"] * (geometry["cord_radius"] + radius)
-    assert f"{wanted:.1f} N m to lift" in {text.get_text() for text in ax.texts}
+    assert f"to lift: {wanted:.1f} N m" in {one.get_label() for one in ax.lines}

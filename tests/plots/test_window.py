@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.results import Record
-from tests.support.cases import slow
 from tests.support.records import draw, shown
 
 COLOURS = ["#0072B2", "#D55E00"]  # of the first lines
@@ -26,49 +25,41 @@ def times(record: Record) -> Any:
 def test_an_instant_is_the_sample_at_or_before_it() -> None:
     record = shown(BELT)
     at = times(record)[3]
-    after = 0.5 * (at + times(record)[4])
     bodies = np.column_stack([record.channels[name][3] for name in "xy"])
-    for time in (at, after):
+    for time in (at, 0.5 * (at + times(record)[4])):
         figure = draw(record, "drive", time=time)
-        assert figure.axes[0].get_title(loc="left") == f"at {at:.6g} s"
-        assert f"{at:.6g} s" not in figure.get_suptitle()
+        assert figure.axes[0].texts[0].get_text().split("\n")[0] == f"at {at:.6g} s"
         (belt,) = (
             one
-            for one in figure.axes[0].collections
+            for one in figure.axes[1].collections
             if isinstance(one, LineCollection) and one.get_array() is not None
         )
         ends = np.array([piece[-1] for piece in belt.get_segments()])
-        np.testing.assert_allclose(ends, bodies, atol=1e-5)  # on the arcs of an ideal belt
+        for body in bodies:  # those of a guided string have points of its line between them
+            assert np.hypot(*(ends - body).T).min() < 1e-5
 
 
 def test_the_planet_is_drawn_at_an_instant_on_the_whole_path() -> None:
     whole, early = draw(shown(GEAR), "path"), draw(shown(GEAR), "path", time=1.0)
-    (drawn, moved) = (figure.axes[0] for figure in (whole, early))
-    np.testing.assert_array_equal(drawn.lines[0].get_xdata(), moved.lines[0].get_xdata())
-    assert drawn.patches[1].center != moved.patches[1].center  # type: ignore[attr-defined]
-    (point,) = [line for line in moved.lines if line.get_label() == "tracer point"]
+    drawn, moved = ([c.get_segments() for c in f.axes[1].collections] for f in (whole, early))
+    assert all(map(np.array_equal, drawn[0], moved[0]))
     last = int(np.flatnonzero(times(shown(GEAR)) <= 1.0)[-1])
     place = [shown(GEAR).channels[f"tracer_{axis}"][last] for axis in "xy"]
-    assert point.get_xydata() == pytest.approx(np.array([place]))
-    assert "tracer point" not in [line.get_label() for line in drawn.lines]
-    assert "at 1 s" in early.get_suptitle()
+    point = early.axes[1].patches[-1]
+    centre = point.get_transform() - early.axes[1].transData
+    assert centre.transform((0.0, 0.0)) == pytest.approx(place)
 
 
-def line_in(record: Record, channel: str, low: float, high: float) -> Any:
-    """Return the points of a channel in a window of time, (n, 2)."""
-    (ax,) = draw(record, window=(low, high), channels=channel).axes
-    return np.asarray(ax.lines[0].get_xydata(), dtype=float)
-
-
-def test_a_window_ends_at_its_edges_between_samples() -> None:
+def test_a_window_has_its_samples_and_those_around_it() -> None:
     record = shown(PULLEY)
     low, high = 0.5 * (times(record)[10] + times(record)[11]), times(record)[200]
-    angles = record.channels["angle"]
-    drawn = line_in(record, "angle", low, high)
-    assert drawn[0] == pytest.approx([low, 0.5 * (angles[10] + angles[11])])
-    assert drawn[-1] == pytest.approx([high, angles[200]])
-    assert drawn[0, 0] == low
-    assert line_in(record, "mode", low, high)[0].tolist() == [low, record.channels["mode"][10]]
+    (ax,) = draw(record, window=(low, high), channels="angle").axes
+    assert ax.get_xlim() == (low, high)
+    drawn = np.asarray(ax.lines[0].get_xydata(), dtype=float)
+    drawn = drawn[np.isfinite(drawn[:, 1])]
+    assert set(drawn[:, 0]) >= set(times(record)[10:201])
+    assert (drawn[0, 0], drawn[-1, 0]) == (times(record)[10], high)
+    assert drawn[-1, 1] == record.channels["angle"][200]
 
 
 def test_a_window_shows_sticking_events_and_scales_of_its_own() -> None:
@@ -83,15 +74,6 @@ def test_a_window_shows_sticking_events_and_scales_of_its_own() -> None:
     (shade,) = [patch for patch in top.patches if to_hex(patch.get_facecolor()) == "#e5e5e5"]
     assert shade.get_x() == pytest.approx(rest)  # type: ignore[attr-defined]
     assert figure.axes[2].get_ylim()[1] < 0.7 * record.channels["angular_velocity"].max()
-
-
-def test_jumps_at_the_edges_are_those_of_the_events() -> None:
-    record = shown(PULLEY)
-    at = float(record.events["time"][0])
-    k = int(np.flatnonzero(times(record) == at)[0])
-    first = line_in(record, "friction_torque", 0.5 * (times(record)[k - 1] + at), at)[0, 1]
-    before = record.events["friction_torque_before"][0]
-    assert first == pytest.approx(0.5 * (record.channels["friction_torque"][k - 1] + before))
 
 
 def test_chosen_channels_are_drawn_instead() -> None:
@@ -135,27 +117,8 @@ def test_results_are_drawn_over_each_other_with_a_key() -> None:
     ]
     ticks = [line for line in figure.axes[0].lines if line.get_marker() == "|"]
     assert [list(line.get_xdata()) for line in ticks] == [
-        record.events["time"].tolist() for record in (heavy, usual)
+        record.events["time"].tolist() for record in (usual, heavy)
     ]
-
-
-@pytest.mark.parametrize("appearance", [{}, slow({"width": "84mm", "style": "paper"})])
-def test_rows_above_panels_are_distinguished_without_colour(appearance: dict[str, str]) -> None:
-    figure = overlay(*pair(), **appearance)
-    figure.draw_without_rendering()
-    ax = figure.axes[0]
-    key = [text.get_text()[:2] for text in figure.legends[0].get_texts()]
-    assert key[:2] == ["1:", "2:"]
-    height = {}
-    for number, colour in zip("12", COLOURS, strict=True):
-        (text,) = (text for text in ax.texts if text.get_text() == number)
-        assert text.get_visible()
-        box = text.get_window_extent()
-        bars = [x for x in ax.lines if x.get_color() == colour and not x.get_clip_on()]
-        height[number] = bars[0].get_window_extent().y0
-        assert box.y0 < height[number] < box.y1
-        assert box.x0 >= ax.get_window_extent().x1
-    assert height["1"] > height["2"]  # as in the key
 
 
 def test_names_of_files_tell_results_apart_that_differ_in_more() -> None:

@@ -178,9 +178,8 @@ def test_dragging_on_a_chart_zooms_all_and_a_double_click_resets(page: Any) -> N
     assert page.evaluate(RANGES) == [[0, 12]] * 4
 
 
-def test_the_slider_moves_cursors_values_and_drawing(page: Any, clock: Any) -> None:
+def test_the_slider_moves_cursors_and_values(page: Any, clock: Any) -> None:
     before = page.evaluate(CURSORS)
-    drawn = page.evaluate("document.querySelector('canvas').toDataURL()")
     page.evaluate(
         "(slider => { slider.value = 3; slider.dispatchEvent(new Event('input')); })"
         "(document.getElementById('time'))"
@@ -189,7 +188,6 @@ def test_the_slider_moves_cursors_values_and_drawing(page: Any, clock: Any) -> N
     width = page.evaluate("frictionsim.charts.charts[0].plot._fullLayout.xaxis._length")
     moved = np.array(page.evaluate(CURSORS)) - before
     np.testing.assert_allclose(moved, np.full(4, width / 4), atol=0.1)
-    assert page.evaluate("document.querySelector('canvas').toDataURL()") != drawn
     assert page.get_attribute("#time", "aria-valuetext") == "3.00 s"
     assert page.text_content("#clock output") == "3.00 s of 12 s"
     assert page.text_content(".chart[data-name=drive_force] .key output") == "3113.75 N"

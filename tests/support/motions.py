@@ -9,46 +9,24 @@ import numpy as np
 import tomli_w
 
 from frictionsim.motion import motion_of
-from frictionsim.motion.parts import (
-    FORCE_ROLES,
-    Arrow,
-    Band,
-    Body,
-    Disc,
-    Motion,
-    Trail,
-    is_visible,
-    line_of,
-    moment_of,
-    path_until,
-    place_of,
-    shown_value,
-    shown_word,
-    state_word,
-)
+from frictionsim.motion.parts import FORCE_ROLES, Arrow, Body, Disc, Line, Motion
 from frictionsim.results import Record
 from tests.support.scenarios import shipped
 
 __all__ = [
     "FORCE_ROLES",
     "Arrow",
-    "Band",
     "Body",
     "Disc",
+    "Line",
     "Motion",
-    "Trail",
+    "arrow",
     "body",
-    "is_visible",
-    "line_of",
-    "moment_of",
+    "lines",
     "motion",
-    "path_until",
-    "place_of",
+    "number",
     "point_of",
     "record_of",
-    "shown_value",
-    "shown_word",
-    "state_word",
 ]
 
 
@@ -78,11 +56,24 @@ def motion(record: Record) -> Motion:
 
 
 def body(animation: Motion, name: str) -> Body:
-    return next(part for part in animation.parts if isinstance(part, Body) and part.name == name)
+    """Return a body by its name, without what the name says of a scale."""
+    bodies = (part for part in animation.parts if isinstance(part, Body))
+    return next(part for part in bodies if part.name.split(" (")[0] == name)
 
 
-def point_of(animation: Motion, name: str, time: float, x: float, y: float) -> complex:
-    """Return where a point of a body is at a time, as a complex number."""
-    moment = moment_of(animation.time, time)
-    at_x, at_y, angle = place_of(body(animation, name), moment)
-    return complex(at_x, at_y) + complex(x, y) * np.exp(1j * angle)
+def arrow(animation: Motion, name: str) -> Arrow:
+    return next(part for part in animation.parts if isinstance(part, Arrow) and part.name == name)
+
+
+def lines(animation: Motion, name: str) -> list[Line]:
+    return [part for part in animation.parts if isinstance(part, Line) and part.name == name]
+
+
+def number(animation: Motion, name: str) -> Any:
+    return next(each.value for each in animation.readouts if each.name == name)
+
+
+def point_of(of: Body, frame: int, x: float, y: float) -> complex:
+    """Return where a point of a body is at a frame, as a complex number."""
+    place = complex(of.x[frame], of.y[frame])
+    return place + complex(x, y) * complex(np.exp(1j * of.angle[frame]))

@@ -15,8 +15,8 @@ from tests.support.scenarios import shipped, simulate
 BELTS = {"two pulleys": TWO, "four pulleys": FOUR}
 # Of each kind, the one that is drawn by default first.
 VIEWS = {
-    "pulley": ("response", "traction"),
-    "marble_machine": ("response", "torque"),
+    "pulley": ("response", "traction", "mechanism"),
+    "marble_machine": ("response", "torque", "mechanism"),
     "epicyclic": ("response", "torque", "path"),
     "shaft": ("response", "friction_circle"),
     "belt_drive": ("speeds", "drive", "tension", "body"),

@@ -1,0 +1,101 @@
+"""The samples of a result that are the frames of a motion, and its channels there."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from frictionsim.display import CONTACT_WORDS
+from frictionsim.errors import InputError
+from frictionsim.motion.parts import Readout
+
+if TYPE_CHECKING:
+    from frictionsim.motion.parts import Array, Integers
+    from frictionsim.results import Record
+
+MAX_FRAMES = 601  # more make a file large, and a second has 30 to 60 of them
+MAX_EVENTS = 300  # whose samples are frames besides; a motion with more chatters
+MAX_SHOWN = 1e100  # a larger number overflows a scale
+REFUSED = "cannot show this result in motion"
+
+
+class Samples:
+    """Samples of a result, evenly spaced with those at events; `samples[name]` is a channel there.
+
+    Attributes
+    ----------
+    record : Record
+    numbers : (frames,) of int
+    """
+
+    def __init__(self, record: "Record", count: int = MAX_FRAMES) -> None:
+        self.record = record
+        time = np.asarray(self._channel("time"), dtype=float)
+        if not len(time):
+            raise InputError(f"{REFUSED}: it has no samples")
+        if not np.all(np.diff(time) >= 0.0) or not np.all(np.abs(time) <= MAX_SHOWN):
+            raise InputError(f"{REFUSED}: its times do not increase")
+        if len(time) > count:
+            wanted = np.linspace(time[0], time[-1], count)
+            after = np.clip(np.searchsorted(time, wanted), 1, len(time) - 1)
+            evenly = np.where(wanted - time[after - 1] < time[after] - wanted, after - 1, after)
+        else:
+            evenly = np.arange(len(time))
+        at_events = np.searchsorted(time, np.asarray(record.events["time"])[:MAX_EVENTS])
+        numbers = np.union1d(evenly, at_events[at_events < len(time)])
+        # Two samples at one time are the sides of an event: the last of them is what follows it.
+        self.numbers: Integers = numbers[np.diff(time[numbers], append=np.inf) > 0.0]
+        self.time: Array = time[self.numbers]
+
+    def __contains__(self, name: str) -> bool:
+        """Return whether the result has a channel."""
+        return name in self.record.channels
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a channel, (frames,) or (frames, members of its axis)."""
+        values = np.asarray(self._channel(name)[self.numbers])
+        if values.dtype.kind == "f" and not np.all(np.abs(values) <= MAX_SHOWN):
+            raise InputError(
+                f"{REFUSED}: '{name}' has numbers that are not finite or above {MAX_SHOWN:g}"
+            )
+        return values
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return a channel, or something else where the result has none of that name."""
+        return self[name] if name in self else default  # noqa: SIM401  this is that function
+
+    def _channel(self, name: str) -> Any:
+        if name not in self:
+            raise InputError(f"{REFUSED}: it has no channel {name} (see output.channels)")
+        return self.record.channels[name]
+
+    @property
+    def still(self) -> "Array":
+        """Zeros, (frames,)."""
+        return np.zeros(len(self.time))
+
+    def modes(self) -> "Integers | None":
+        """Return the mode of the one contact, after the event of a frame; None if not recorded."""
+        if "mode" not in self:
+            return None
+        modes, events = np.array(self["mode"], dtype=np.int64), self.record.events
+        if len(events["time"]) and {"mode_from", "mode_to"} <= events.keys():
+            changes = np.asarray(events["mode_from"]) != np.asarray(events["mode_to"])
+            changes &= self.record.events_of()
+            times = np.asarray(events["time"], dtype=float)[changes]
+            last = np.searchsorted(times, self.time, side="right") - 1
+            now = (last >= 0) & (np.append(times, np.nan)[last] == self.time)
+            modes[now] = np.asarray(events["mode_to"])[changes][last[now]]
+        return modes
+
+    def contact(self, name: str = "contact") -> tuple[Readout, ...]:
+        """Return what the one contact does, in words; nothing if it is not recorded."""
+        modes = self.modes()
+        return () if modes is None else (Readout(name, "1", modes.astype(float), CONTACT_WORDS),)
+
+    def readouts(self, names: Mapping[str, str]) -> tuple[Readout, ...]:
+        """Return the numbers beside a drawing: of the channels that there are, by their words."""
+        units = self.record.units
+        return tuple(
+            Readout(words, units[name], self[name]) for name, words in names.items() if name in self
+        )

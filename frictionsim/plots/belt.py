@@ -1,0 +1,476 @@
+"""The views of a belt drive: over time with its slip, along the belt, one body, the drive."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from frictionsim.display import ARC_SHADES, BLACK, FAINT, VERMILION, picture_text
+from frictionsim.errors import InputError
+from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, PulleyCircle, belt_path
+from frictionsim.mechanisms.belt_drive.slip import (
+    ends_of,
+    senses_of,
+    slip_percent,
+    span_tensions,
+    speed_at_rest,
+)
+from frictionsim.plots.mechanism import draw_mechanism
+from frictionsim.plots.over_time import over_time, panels_of, within, write_above
+from frictionsim.plots.style import (
+    Look,
+    add_legend,
+    axis_label,
+    line_look,
+    require_channels,
+    set_height,
+    set_title,
+    title_of,
+)
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
+from frictionsim.simulation.averages import last_part, last_seconds, time_mean
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    from matplotlib.figure import Figure, SubFigure
+
+    from frictionsim.plots.over_time import Window
+    from frictionsim.results import Record
+
+    Array = npt.NDArray[np.float64]
+
+WHOLE = (None, None)
+
+
+def pulleys_of(record: "Record") -> list[PulleyCircle]:
+    """Return the pulleys of the scenario, in their order."""
+    where = ("mechanism", "pulleys")
+
+    def of(number: int, *keys: str | int) -> Any:
+        return scenario_value(record, *where, number, *keys)
+
+    pulleys = [
+        PulleyCircle(
+            str(of(i, "name")),
+            (float(of(i, "center", 0)), float(of(i, "center", 1))),
+            float(of(i, "radius")),
+            table.get("side", "inside"),
+        )
+        for i, table in enumerate(scenario_value(record, *where))
+    ]
+    touched = record.channels.get("pulley_index", np.array(-1))
+    if np.max(touched, initial=-1) >= len(pulleys):
+        raise InputError("bodies in this result touch pulleys that are not in its scenario")
+    return pulleys
+
+
+def path_of(record: "Record") -> Path | None:
+    """Return the line of an ideal taut belt round the pulleys, if there is one."""
+    try:
+        return belt_path(pulleys_of(record))
+    except (PathError, InputError):
+        return None
+
+
+def has_friction(record: "Record") -> bool:
+    """Return whether the scenario has friction between belt and pulleys."""
+    return "belt_friction" in scenario_of(record).get("effects", {})
+
+
+# Speeds and slip over time.
+
+SLIP = "slip"  # a channel of pictures
+FAST = 0.1  # of the largest speed of the driver: the slip of a slower one is no more than noise
+SMOOTHED = 0.02  # of the time axis, over which the line of the slip is averaged
+SLIP_MARGIN = 0.08  # of the range of the slip, above and below it
+
+
+def speeds(
+    record: "Record",
+    figure: "Figure | SubFigure",
+    channels: Sequence[str] = (),
+    window: "Window" = WHOLE,
+) -> None:
+    """Draw speeds and torques of the pulleys and the slip over time, or other channels."""
+    if channels:
+        _, handles = over_time([record], panels_of(record, channels), figure, window=window)
+        add_legend(figure, handles)
+        return
+    names = ("pulley_speed", "pulley_torque")
+    require_channels(record, "speeds", names)
+    panels = {name.replace("_", " "): {name: ""} for name in names}
+    slip = slip_of(record)
+    if slip is None:
+        _, handles = over_time([record], panels, figure, window=window)
+    else:
+        label = f"slip of {slip.driven}"
+        known = record._replace(
+            channels={**record.channels, SLIP: slip.percent},
+            axes=record.axes | {SLIP: ""},
+            units=record.units | {SLIP: "%"},
+        )
+        axes, handles = over_time([known], panels | {label: {SLIP: ""}}, figure, window=window)
+        handles |= _draw_slip(axes[label], known, slip, window)
+    add_legend(figure, handles)
+
+
+class Slip(NamedTuple):
+    """The slip of a result.
+
+    Attributes
+    ----------
+    driver, driven : str
+        The pulleys that it is of.
+    percent : (n,), %
+        Of each sample; not a number where the driver is much slower than at its fastest.
+    """
+
+    driver: str
+    driven: str
+    percent: "Array"
+
+
+def slip_of(record: "Record") -> Slip | None:
+    """Return the slip by the definition of the summary; None without the radii of the pulleys."""
+    path = path_of(record)
+    time, speed = record.time, np.asarray(record.channels["pulley_speed"])
+    if path is None or len(path.arcs) != speed.shape[1]:
+        return None
+    pulleys = pulleys_of(record)
+    part = averaged_part(record)
+    ends = ends_of(time, np.asarray(record.channels["pulley_torque"]), speed, part)
+    rims = speed * senses_of(path) * [pulley.radius for pulley in pulleys]
+    percent = slip_percent(rims, ends, _speed_at_rest(record))
+    drive = np.abs(speed[:, ends.drive])
+    percent = np.where(drive >= FAST * drive.max(), percent, np.nan)
+    return Slip(pulleys[ends.drive].name, pulleys[ends.driven].name, percent)
+
+
+def _draw_slip(ax: Any, record: "Record", slip: Slip, window: "Window") -> dict[str, Any]:
+    """Draw a plain line over the noise of the slip, and its mean of the summary."""
+    ax.lines[0].set(color=FAINT, linewidth=0.8)
+    shown = within(record, window)
+    known = np.isfinite(shown.channels[SLIP])
+    if not known.any():
+        ax.set_yticks([])
+        ax.text(0.5, 0.5, f"no slip: {slip.driver} is at rest", ha="center", transform=ax.transAxes)
+        return {}
+    time, values = shown.time[known], shown.channels[SLIP][known]
+    half = 0.5 * SMOOTHED * float(np.ptp(shown.time))
+    (line,) = ax.plot(time, smoothed(time, values, half), color=BLACK)
+    handles = {"slip, averaged over 1/50 of the time shown": line}
+    mean = record.quantities.get("slip_percent")
+    drawn = values
+    if mean is not None and mean.value is not None:
+        whole = "mean_duration" in record.quantities
+        words = (
+            "slip of the mean speeds over whole periods"
+            if whole
+            else "weighted mean slip over the last fifth"
+        )
+        look = line_look(2)
+        last = record.time[averaged_part(record)][[0, -1]]
+        (handles[f"{words}, {picture_text(mean.value)} %"],) = ax.plot(
+            last, [mean.value] * 2, **look
+        )
+        drawn = np.append(values, mean.value)
+    margin = SLIP_MARGIN * float(np.ptp(drawn)) or 0.01 * abs(float(drawn[0])) or 1.0
+    ax.set_ylim(float(drawn.min()) - margin, float(drawn.max()) + margin)
+    return handles
+
+
+def smoothed(time: "Array", values: "Array", half: float) -> "Array":
+    """Return the mean over time around each sample, at most `half` seconds to both sides."""
+    steps = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
+    area = np.concatenate([[0.0], np.cumsum(steps)])
+    low, high = np.maximum(time - half, time[0]), np.minimum(time + half, time[-1])
+    span = high - low
+    mean = np.interp(high, time, area) - np.interp(low, time, area)
+    return np.divide(mean, span, out=np.array(values, dtype=float), where=span > 0.0)
+
+
+def averaged_part(record: "Record") -> Any:
+    """Return the samples that the means of the summary are over."""
+    duration = record.quantities.get("mean_duration")
+    if duration is None or duration.value is None:
+        return last_part(record.time)
+    return last_seconds(record.time, duration.value)
+
+
+def _speed_at_rest(record: "Record") -> float:
+    """Return the speed, m/s, below which the summary takes a driver to be at rest."""
+    spans = [
+        quantity.value
+        for name, quantity in record.quantities.items()
+        if name.startswith("tension_") and "_to_" in name and quantity.value is not None
+    ]
+    belt = scenario_of(record).get("mechanism", {}).get("belt", {})
+    mass = float(belt.get("mass_per_length", 0.0))
+    return speed_at_rest(float(np.mean(spans)), mass) if spans and mass > 0.0 else 0.0
+
+
+# The tension along the belt.
+
+MAX_SAMPLES = 200  # in the mean of the tension
+FINE = 2000  # points of the line of a guided string
+OFF = 0.1  # of the smallest radius: joints of a string, which cut its arcs, are that near its line
+NAME_WIDTH = 0.14  # of the length of the belt, of the name of a pulley
+
+
+class BeltLine:
+    """The closed line of a belt, starting where it leaves the first pulley.
+
+    That of bodies in the plane goes through the joints; a guided string follows its own line. Joint
+    k is between the bodies k - 1 and k.
+
+    Attributes
+    ----------
+    order : (n,)
+        Numbers of the joints in the order of the line.
+    place : (n + 1,), m
+        Distances of these joints along the line; the last one is the first again.
+    arcs, spans : list of (int, float, float)
+        Of each stretch of belt on a pulley the pulley, of each span the one before it, with start
+        and end, m.
+    """
+
+    def __init__(self, record: "Record", sample: int) -> None:
+        touched = np.asarray(record.channels["pulley_index"][sample])
+        joints = _joints(record, sample)
+        path = guide_of(record, joints)
+        if path is not None:
+            self._along = np.linspace(0.0, path.length, FINE + 1)
+            self._points = path.at(self._along[:-1]).position
+            places = self.places_of(joints)
+            self.order = np.argsort(places, kind="stable")
+            self.place = np.append(places[self.order], places.min() + path.length)
+            ends, count = path.breakpoints, len(path.arcs)
+            on = [((i + 1) % count, ends[2 * i + 1], ends[2 * i + 2]) for i in range(count)]
+            self.arcs = [(number, float(start), float(end)) for number, start, end in on]
+            self.spans = [(i, float(ends[2 * i]), float(ends[2 * i + 1])) for i in range(count)]
+            return
+        self.order = np.roll(np.arange(len(joints)), -first_free_body(touched))
+        self._points = joints[self.order]
+        legs = np.roll(self._points, -1, axis=0) - self._points
+        self.place = self._along = np.concatenate([[0.0], np.cumsum(np.hypot(*legs.T))])
+        runs = runs_of(touched[self.order])
+        at = [(value, float(self.place[a]), float(self.place[b])) for value, a, b in runs]
+        self.arcs = [run for run in at if run[0] >= 0]
+        self.spans = []
+        for k, (value, start, end) in enumerate(at):
+            before, after = at[k - 1][0], at[(k + 1) % len(at)][0]
+            if value < 0 <= before and before != after:
+                self.spans.append((before, start, end))
+
+    def places_of(self, points: "Array") -> "Array":
+        """Return the distances along the line, m, of the places nearest to points (m, 2)."""
+        from scipy.spatial import KDTree  # imported here: slow, and needed by this view only
+
+        _, nearest = KDTree(self._points).query(points)
+        legs = np.stack([nearest, (nearest - 1) % len(self._points)])
+        along = (np.roll(self._points, -1, axis=0) - self._points)[legs]
+        away = points - self._points[legs]
+        square = np.maximum(np.sum(along * along, axis=-1), np.finfo(float).tiny)
+        fraction = np.clip(np.sum(away * along, axis=-1) / square, 0.0, 1.0)
+        missed = np.sum((away - fraction[..., None] * along) ** 2, axis=-1)
+        closer = np.argmin(missed, axis=0), np.arange(len(points))
+        return (self._along[legs] + fraction * np.diff(self._along)[legs])[closer]
+
+    def mean(self, record: "Record", samples: Any) -> "Array":
+        """Return the mean tension, N, at the places of the line, which are fixed in space."""
+        total = np.zeros_like(self.place)
+        for sample in samples:
+            places = self.places_of(_joints(record, sample))
+            tension = record.channels["tension"][sample]
+            total += np.interp(self.place, places, tension, period=self._along[-1])
+        return total / len(samples)
+
+
+def guide_of(record: "Record", joints: "Array") -> Path | None:
+    """Return the line that a guided string lies on; None for bodies in the plane."""
+    path = None if "contact" in scenario_of(record).get("effects", {}) else path_of(record)
+    if path is None:
+        return None
+    line = path.at(np.linspace(0.0, path.length, FINE)).position
+    off = np.hypot(*(joints[:, None] - line).T).min(axis=0)
+    return path if off.max() <= OFF * min(pulley.radius for pulley in pulleys_of(record)) else None
+
+
+def _joints(record: "Record", sample: int) -> "Array":
+    bodies = np.column_stack([record.channels["x"][sample], record.channels["y"][sample]])
+    return 0.5 * (bodies + np.roll(bodies, 1, axis=0))
+
+
+def runs_of(values: "Array") -> list[tuple[int, int, int]]:
+    """Return each run of equal values: the value, its first index, and its last one plus one."""
+    ends = [0, *(np.flatnonzero(np.diff(values)) + 1), len(values)]
+    return [(int(values[a]), int(a), int(b)) for a, b in pairwise(ends)]
+
+
+def first_free_body(touched: "Array") -> int:
+    """Return the first body after the contact arc of the first pulley; 0 if none touches it.
+
+    Bodies within the arc may lift off, so the arc ends where the longest gap begins.
+    """
+    on = np.flatnonzero(touched == 0)
+    if not on.size:
+        return 0
+    gaps = np.diff(on, append=on[0] + len(touched))
+    return int(on[np.argmax(gaps)] + 1) % len(touched)
+
+
+def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> None:
+    """Draw the tension along the belt: at a sample, its mean until then, and that of the spans."""
+    require_channels(record, "tension", ("x", "y", "pulley_index", "tension"))
+    pulleys = pulleys_of(record)
+    until = slice(0, sample % len(record.time) + 1)
+    part = record._replace(channels={n: v[until] for n, v in record.channels.items()})
+    belt = BeltLine(part, -1)
+    now = np.asarray(part.channels["tension"][-1])[np.append(belt.order, belt.order[0])]
+    samples = np.flatnonzero(averaged_part(part))
+    whole = "mean_duration" in record.quantities
+    words = f"mean over {'whole periods' if whole else 'the last fifth'}"
+    set_height(figure, 4.0)
+    set_title(figure, title_of(record))
+    ax = figure.subplots()
+    ax.grid(visible=True)
+    ax.margins(x=0.0)
+    few = samples[:: -(-len(samples) // MAX_SAMPLES)]
+    handles: dict[str, Any] = {}
+    last = sample % len(record.time) == len(record.time) - 1
+    at = "last sample" if last else f"at {picture_text(part.time[-1])} s"
+    (handles[at],) = ax.plot(belt.place, now, **line_look(0))
+    (handles[words],) = ax.plot(belt.place, belt.mean(part, few), **line_look(1))
+    means = mean_spans(part, samples, len(pulleys))
+    for number, start, end in belt.spans:
+        (line,) = ax.plot([start, end], [means[number]] * 2, **line_look(2))
+        handles["mean of a span, as in the summary"] = line
+    longest: dict[int, tuple[float, float]] = {}
+    for number, start, end in belt.arcs:
+        ax.axvspan(start, end, color=ARC_SHADES[0], linewidth=0)
+        handles["on a pulley"] = Patch(color=ARC_SHADES[0])
+        longest[number] = max(longest.get(number, (0.0, 0.0)), (start, end), key=np.ptp)
+    names = {float(np.mean(ends)): pulleys[number].name for number, ends in longest.items()}
+    write_above(ax, names, belt.place, NAME_WIDTH)
+    ax.set_ylabel(axis_label("tension", record.units["tension"]))
+    first, second, *_ = (pulley.name for pulley in pulleys)
+    ax.set_xlabel(axis_label(f"distance along the belt from {first} towards {second}", "m", 80))
+    add_legend(figure, handles)
+
+
+def mean_spans(record: "Record", samples: Any, pulleys: int) -> Any:
+    """Return the mean tension of each span as in the summary, N."""
+    tension, touched = record.channels["tension"], record.channels["pulley_index"]
+    spans = [
+        span_tensions(np.asarray(tension[k]), np.asarray(touched[k]), pulleys) for k in samples
+    ]
+    return time_mean(record.time[samples], np.array(spans))
+
+
+# One body of the belt.
+
+
+def body(
+    record: "Record",
+    figure: "Figure | SubFigure",
+    body: int | None = None,
+    window: "Window" = WHOLE,
+) -> None:
+    """Draw the tension before one body of the belt, the forces on it and its slip velocity.
+
+    Parameters
+    ----------
+    body : int, optional
+        By default the one in the middle of the first span at the start, or the one that touches
+        pulleys longest. Of one that meets no pulley its place is drawn instead of forces.
+    """
+    names = ["pulley_speed", "tension", "normal_force"]
+    names += ["friction_force", "slip_velocity"] if has_friction(record) else []
+    require_channels(record, "body", [*names, "pulley_index"])
+    pulleys = pulleys_of(record)
+    index = np.asarray(record.channels["pulley_index"])
+    number = default_body(index) if body is None else body
+    if not 0 <= number < index.shape[1]:
+        raise InputError(
+            f"there is no body {number}; the bodies of this belt are 0 to {index.shape[1] - 1}"
+        )
+    touched = index[:, number]
+    meets = bool((within(record, window).channels["pulley_index"][:, number] >= 0).any())
+    if not meets:  # what else is known of it
+        names = ["pulley_speed", "tension", *(name for name in "xy" if name in record.channels)]
+    words = {"tension": f"tension before body {number}"}
+    words |= {name: f"{name} of body {number}" for name in "xy"}
+    panels = {words.get(name, name.replace("_", " ")): {name: ""} for name in names}
+    own = {name: np.asarray(record.channels[name])[:, number] for name in names[1:]}
+    for name in set(own) - {"tension", "x", "y"}:  # defined while the body touches a pulley
+        own[name] = np.where(touched < 0, np.nan, own[name])
+    known = record._replace(
+        channels={**record.channels, **own}, axes=record.axes | dict.fromkeys(own, "")
+    )
+    by_label, handles = over_time([known], panels, figure, window=window, events=False)
+    axes = list(by_label.values())
+    for ax, name in zip(axes, names, strict=True):
+        if name in own:
+            ax.lines[0].set_color(BLACK)  # the colours are those of the pulleys
+        if name not in "xy":
+            ax.axhline(0.0, color=BLACK, linewidth=0.5)
+    time, places = record.time, {}
+    for value, first, stop in runs_of(touched):
+        if value >= 0:
+            start, end = time[first], time[min(stop, len(time) - 1)]
+            colour = ARC_SHADES[value % len(ARC_SHADES)]
+            for ax in axes:
+                ax.axvspan(start, end, color=colour, linewidth=0)
+            places[float(0.5 * (start + end))] = pulleys[value].name
+            handles[f"body {number} on {pulleys[value].name}"] = Patch(color=colour)
+    ends = axes[-1].get_xlim()
+    if not meets:
+        span = f"from {picture_text(ends[0])} s to {picture_text(ends[1])} s"
+        text = f"body {number} meets no pulley {span}: there are no forces on it, and no slip"
+        axes[0].set_title(text, fontsize="small", loc="left")
+    write_above(axes[0], places, ends)
+    if "slip_velocity" in names and "sticking" in record.channels:
+        sticks = np.asarray(record.channels["sticking"])[:, number] > 0
+        look: Look = {"color": VERMILION, "linewidth": 3.0, "solid_capstyle": "butt"}
+        axes[names.index("slip_velocity")].plot(time, np.where(sticks, 0.0, np.nan), **look)
+        if sticks.any():
+            handles["sticking"] = Line2D([], [], **look)
+    axes[-1].set_xlim(ends)
+    add_legend(figure, handles)
+
+
+def default_body(touched: "Array") -> int:
+    """Return the body in the middle of the first span at the start, if it meets a pulley.
+
+    Else the one that touches pulleys for the longest time.
+
+    Parameters
+    ----------
+    touched : (samples, bodies)
+        The pulley that each body touches; -1 if none.
+    """
+    start = first_free_body(touched[0])
+    ahead = np.flatnonzero(np.roll(touched[0], -start) >= 0)
+    number = int(start + (ahead[0] if ahead.size else 0) // 2) % touched.shape[1]
+    longest = np.sum(touched >= 0, axis=0)
+    return number if longest[number] or not longest.any() else int(np.argmax(longest))
+
+
+# The drive.
+
+NEEDED = ("x", "y", "tension", "normal_force", "pulley_index")
+
+
+def drive(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> None:
+    """Draw belt and pulleys at a sample, with the forces on the bodies as bars.
+
+    The belt is coloured by its tension. Outward bars are the normal forces on its bodies, inward
+    bars the friction forces. A strip on the belt is black where it sticks, white where it slips.
+    """
+    more = ("friction_force", "sticking") if has_friction(record) else ()
+    require_channels(record, "drive", (*NEEDED, *more))
+    pulleys_of(record)
+    draw_mechanism(record, figure, sample)

@@ -1,0 +1,499 @@
+"""The mechanism of a result with its forces: at an instant, and moving as a GIF or MP4.
+
+The whole stands above its enlarged parts. The key has each force with its size at the instant.
+"""
+
+import shutil
+from collections.abc import Callable, Sequence
+from math import ceil, floor, inf, log10
+from pathlib import Path
+from subprocess import CalledProcessError
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, FancyArrowPatch, Polygon
+from matplotlib.patheffects import withStroke
+from matplotlib.transforms import Affine2D
+
+from frictionsim.display import (
+    BELT_CONTACT,
+    BLACK,
+    EDGE,
+    ROLES,
+    TENSION_COLOURS,
+    picture_text,
+    study_text,
+    unit_text,
+    with_minus,
+    with_unit,
+)
+from frictionsim.errors import ArgumentError, InputError, OutputError
+from frictionsim.io.output_file import ANIMATIONS, check_output, write_file
+from frictionsim.motion import motion_of
+from frictionsim.motion.parts import Arrow, Body, Disc, Line
+from frictionsim.plots.over_time import part_of
+from frictionsim.plots.style import (
+    DOTS_PER_INCH,
+    Look,
+    add_legend,
+    axis_label,
+    letters_across,
+    new_figure,
+    plain,
+    set_height,
+    set_title,
+    short_overrides,
+    styled,
+    title_of,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import SubFigure
+
+    from frictionsim.motion.parts import Bounds, Motion, Readout
+    from frictionsim.results import Record
+
+BELT, STRIP, CORD = 4.5, 2.0, 1.8  # points, widths of a belt, of the strip on it, of a cord
+PATCH: Look = {"colors": BLACK, "linestyles": [(0, (0.12, 0.3))], "linewidths": BELT + 6.0}
+HEAD = 11.0  # of an arrow
+BARS: dict[str, Look] = {  # ends of bars, which differ in grey print too
+    "friction": {"marker": "o", "markersize": 3.5},
+    "load": {"marker": "s", "markersize": 3.5, "markerfacecolor": "white"},
+}
+SEEN = 0.02  # of the largest force: a bar that is shorter has no end
+
+
+class Mechanism:
+    """A motion in Axes, which `show` moves to a frame: one drawing for pictures and animations."""
+
+    def __init__(self, ax: Any, motion: "Motion", bounds: "Bounds") -> None:
+        self.ax, self._motion = ax, motion
+        self._moves: list[Callable[[int], None]] = []
+        left, right, low, high = bounds
+        ax.set(xlim=(left, right), ylim=(low, high))
+        ax.set_axis_off()
+        draw: dict[type, Callable[[Any], None]] = {
+            Body: self._body,
+            Line: self._line,
+            Arrow: self._arrow,
+        }
+        for part in motion.parts:
+            draw[type(part)](part)
+
+    def show(self, frame: int) -> None:
+        """Show a frame."""
+        for move in self._moves:
+            move(frame)
+
+    def _body(self, body: Body) -> None:
+        artists = [self.ax.add_patch(_patch(shape)) for shape in body.shapes]
+        if body.label:
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.8}
+            text: Look = {"ha": "center", "va": "center", "fontsize": "small", "clip_on": True}
+            self.ax.text(body.x[0], body.y[0], plain(body.name), bbox=box, zorder=6, **text)
+
+        def move(frame: int) -> None:
+            pose = Affine2D().rotate(body.angle[frame]).translate(body.x[frame], body.y[frame])
+            for artist in artists:
+                artist.set_transform(pose + self.ax.transData)
+                artist.set_visible(body.visible is None or bool(body.visible[frame]))
+
+        self._moves.append(move)
+
+    def _line(self, line: Line) -> None:
+        add, colour = self.ax.add_collection, ROLES[line.role]
+        patch = None if line.patch is None else add(LineCollection([], **PATCH))
+        wide = CORD if line.value is None else BELT
+        edge = None if line.value is None else add(LineCollection([], colors=EDGE, lw=wide + 1.2))
+        body = add(LineCollection([], linewidths=wide, capstyle="round"))
+        if line.value is None:
+            body.set_color(colour)
+        else:
+            body.set(cmap=TENSION_COLOURS, clim=(np.min(line.value), np.max(line.value)))
+        strips: dict[int, Any] = {}
+        if line.stuck is not None:
+            around = add(LineCollection([], colors=EDGE, linewidths=STRIP + 1.0, zorder=5))
+            for stuck, word in ((1, "sticks"), (0, "slips")):
+                core = BELT_CONTACT[word][1]
+                strips[stuck] = add(LineCollection([], colors=core, linewidths=STRIP, zorder=5))
+        (marks,) = self.ax.plot([], [], ".", color=EDGE, markersize=2.5, zorder=4)
+
+        def move(frame: int) -> None:
+            points = line.points[frame if len(line.points) > 1 else 0]
+            pieces = np.stack([np.roll(points, 1, axis=0), points], axis=1)
+            pieces = pieces if line.closed else pieces[1:]
+            for collection in filter(None, (edge, body)):
+                collection.set_segments(pieces)
+            if line.value is not None:
+                body.set_array(line.value[frame] if line.closed else line.value[frame][1:])
+            if patch is not None:
+                patch.set_segments(pieces[np.asarray(line.patch)])
+            if line.stuck is not None:
+                around.set_segments(pieces[line.stuck[frame] >= 0])
+                for stuck, strip in strips.items():
+                    strip.set_segments(pieces[line.stuck[frame] == stuck])
+            marks.set_data(*_marks(line, points, frame).T)
+
+        self._moves.append(move)
+
+    def _arrow(self, arrow: Arrow) -> None:
+        colour, scale = ROLES[arrow.role], self._motion.scale
+        if not arrow.is_bars:
+            look: Look = {"arrowstyle": "-|>", "mutation_scale": HEAD, "shrinkA": 0, "shrinkB": 0}
+            drawn = FancyArrowPatch((0, 0), (1, 0), color=colour, linewidth=2, zorder=7, **look)
+            self.ax.add_patch(drawn)
+
+            def move(frame: int) -> None:
+                foot, vector = arrow.foot[frame], scale * arrow.vector[frame]
+                drawn.set_visible(bool(np.hypot(*vector) > 0.0))
+                drawn.set_positions(tuple(foot), tuple(foot + vector))
+
+            self._moves.append(move)
+            return
+        bars = self.ax.add_collection(LineCollection([], colors=colour, linewidths=1.4, zorder=6))
+        ends = self.ax.plot(
+            [], [], linestyle="", color=colour, zorder=6, **BARS.get(arrow.role, {})
+        )
+        least = SEEN * float(np.linalg.norm(arrow.vector, axis=-1).max(initial=0.0))
+
+        def move_bars(frame: int) -> None:
+            foot, vector = arrow.foot[frame], arrow.vector[frame]
+            seen = np.linalg.norm(vector, axis=-1) > least
+            bars.set_segments(np.stack([foot, foot + scale * vector], axis=1)[seen])
+            if arrow.role in BARS:
+                ends[0].set_data(*(foot + scale * vector)[seen].T)
+
+        self._moves.append(move_bars)
+
+
+def _patch(shape: Any) -> Any:
+    """Return a shape as an artist."""
+    colour = ROLES[shape.role]
+    if isinstance(shape, Disc):
+        face, edge = ("none", colour) if shape.open else (colour, EDGE)
+        width = 1.4 if shape.open else 0.8
+        return Circle((shape.x, shape.y), shape.radius, facecolor=face, edgecolor=edge, lw=width)
+    edge = EDGE if shape.closed else colour
+    look: Look = {"facecolor": colour, "edgecolor": edge, "linewidth": 0.8 if shape.closed else 1.6}
+    return Polygon(shape.points, closed=shape.closed, fill=shape.closed, **look)
+
+
+def _marks(line: Line, points: Any, frame: int) -> Any:
+    """Return the places of the marks that run with a cord or belt, (n, 2), m."""
+    if not line.spacing:
+        return np.zeros((0, 2))
+    legs = np.hypot(*np.diff(points, axis=0).T)
+    if line.closed:
+        return points[:: max(1, round(line.spacing / float(np.mean(legs))))]
+    along = np.concatenate([[0.0], np.cumsum(legs)])
+    run = 0.0 if line.travel is None else float(line.travel[frame])
+    places = np.arange(run % line.spacing, along[-1], line.spacing)
+    return np.column_stack([np.interp(places, along, xy) for xy in points.T])
+
+
+# Pictures.
+
+MIN_WHOLE, MAX_WHOLE, DETAIL, FRAME = 1.3, 4.6, 2.7, 0.9  # inches, of drawings, and of the title
+MAX_DETAILS = 4  # in a row
+BAR = 0.22  # of the width of the drawing: the longest bar of a scale
+
+
+class Drawing:
+    """A figure of a motion: the whole, its enlarged parts, numbers, and scales."""
+
+    def __init__(self, motion: "Motion", figure: "Figure | SubFigure", title: str) -> None:
+        self._motion = motion
+        left, right, low, high = motion.bounds
+        width = float(figure.bbox.width / figure.dpi)
+        whole = float(np.clip(width * (high - low) / (right - left), MIN_WHOLE, MAX_WHOLE))
+        self._details = motion.details[: 2 * MAX_DETAILS]
+        columns = min(max(len(self._details), 1), MAX_DETAILS)
+        rows = -(-len(self._details) // columns)
+        self._lines = _readout_lines(motion.readouts, letters_across(figure, 0.83))
+        text = 0.16 * (1 + len(self._lines))
+        coloured = [p for p in motion.parts if isinstance(p, Line) and p.value is not None]
+        set_height(figure, FRAME + text + whole + DETAIL * rows + (0.7 if coloured else 0.0))
+        set_title(figure, title)
+        heights = [text, whole, *[DETAIL] * rows]
+        grid = figure.add_gridspec(2 + rows, columns, height_ratios=heights)
+        beside = figure.add_subplot(grid[0, :])
+        beside.set_axis_off()
+        self._text = beside.text(0.0, 1.0, "", fontsize="small", va="top")
+        self.axes = figure.add_subplot(grid[1, :])
+        views = [Mechanism(self.axes, motion, motion.bounds)]
+        self.axes.set_aspect("equal")
+        _draw_scales(self.axes, motion, motion.bounds, below=True)
+        for i, detail in enumerate(self._details):
+            ax = figure.add_subplot(grid[2 + i // columns, i % columns])
+            ax.set_title(plain(detail.name), fontsize="small")
+            views.append(Mechanism(ax, motion, detail.bounds))
+            ax.set_aspect("equal")
+            _draw_scales(ax, motion, detail.bounds, below=False)
+        self._views = views
+        for line in coloured:
+            values = np.asarray(line.value)
+            scale = Normalize(float(values.min()), float(values.max()))
+            colours = ScalarMappable(scale, TENSION_COLOURS)
+            bar = figure.colorbar(colours, ax=self.axes, location="bottom", aspect=50, pad=0.02)
+            bar.set_label(axis_label(line.quantity, line.unit))
+
+    def show(self, frame: int) -> None:
+        """Show a frame with its numbers."""
+        for view in self._views:
+            view.show(frame)
+        motion = self._motion
+        places = max(0, 4 - int(np.floor(np.log10(max(float(np.ptp(motion.time)), 1e-9)))))
+        numbers = [f"at {round(float(motion.time[frame]), places):.6g} s"]
+        for line in self._lines:
+            numbers.append(",   ".join(f"{r.name} {_number(r, frame)}" for r in line))
+        self._text.set_text(plain("\n".join(numbers)))
+
+
+def _readout_lines(readouts: "Sequence[Readout]", across: int) -> "list[list[Readout]]":
+    """Return the readouts in lines that fit across a figure."""
+    lines: list[list[Readout]] = []
+    room = 0
+    for readout in readouts:
+        length = len(readout.name) + 16
+        if not lines or length > room:
+            lines.append([])
+            room = across
+        lines[-1].append(readout)
+        room -= length
+    return lines
+
+
+def _number(readout: "Readout", frame: int) -> str:
+    value = float(readout.value[frame])
+    if readout.words:
+        return readout.words.get(int(value), "")
+    largest = float(np.max(np.abs(readout.value), initial=0.0))
+    value = 0.0 if abs(value) < 1e-9 * largest else value  # roundoff
+    return with_unit(with_minus(picture_text(value)), readout.unit)
+
+
+def round_below(value: float) -> float:
+    """Return the largest of ..., 1, 2, 5, 10, ... that does not exceed a value."""
+    power = 10.0 ** floor(log10(value))
+    return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= value)
+
+
+def _draw_scales(ax: Any, motion: "Motion", bounds: "Bounds", below: bool) -> None:
+    """Draw bars for a length and a force: below a drawing, or in its lower left corner."""
+    left, right, low, high = bounds
+    wide = BAR * (right - left)
+    sizes = [np.linalg.norm(p.vector, axis=-1).max() for p in motion.parts if isinstance(p, Arrow)]
+    scales = [(round_below(wide), "m", 1.0)]
+    if motion.scale > 0.0:
+        force = round_below(min(wide / motion.scale, float(max(sizes))))
+        scales.append((force, "N", motion.scale))
+    for i, (size, unit, scale) in enumerate(scales):
+        at = left, low + (0.12 - 0.08 * i if not below else -0.02 - 0.08 * i) * (high - low)
+        end = at[0] + size * scale
+        halo = [withStroke(linewidth=3.0, foreground="white")]
+        line: Look = {"color": BLACK, "linewidth": 1.2, "marker": "|", "clip_on": False}
+        line["path_effects"] = halo
+        ax.plot([at[0], end], [at[1]] * 2, zorder=8, **line)
+        text: Look = {"xytext": (5.0, 0.0), "textcoords": "offset points", "va": "center"}
+        text |= {"fontsize": "x-small", "annotation_clip": False, "zorder": 8, "path_effects": halo}
+        ax.annotate(f"{study_text(size)} {unit}", (end, at[1]), **text)
+
+
+def key_of(motion: "Motion", frame: int | None = None) -> dict[str, Any]:
+    """Return the key of a motion by words; at a frame with the size of each force."""
+    handles: dict[str, Any] = {}
+    for part in motion.parts:
+        if isinstance(part, Body):
+            if part.name and not part.label:
+                handles.setdefault(part.name, _sample(part))
+            continue
+        words, colour = part.name, ROLES[part.role]
+        if isinstance(part, Line):
+            if part.stuck is not None:
+                for word in ("sticks", "slips"):
+                    text, core, _ = BELT_CONTACT[word]
+                    mark: Look = {"marker": "s", "markersize": 8, "linestyle": ""}
+                    handles[text] = Line2D([], [], mfc=core, mec=EDGE, **mark)
+            if part.patch is not None:
+                look: Look = {"linestyle": PATCH["linestyles"][0], "linewidth": BELT}
+                handles["patch with other friction"] = Line2D([], [], color=BLACK, **look)
+            if words and part.value is None:
+                words = _sized(words, part.size, part.unit, frame)
+                handles.setdefault(words, Line2D([], [], color=colour, linewidth=2))
+            continue
+        if part.is_bars:
+            ends = BARS.get(part.role, {})
+            handles[words] = Line2D([], [], color=colour, linewidth=1.4, **ends)
+            continue
+        size = np.linalg.norm(part.vector, axis=-1)
+        words = _sized(words, size, part.unit, frame)
+        tip: Look = {"marker": ">", "markevery": [1], "markersize": 6}
+        handles[words] = Line2D([0, 1], [0, 0], color=colour, linewidth=2, **tip)
+    return handles
+
+
+def _sized(words: str, size: Any, unit: str, frame: int | None) -> str:
+    if size is None or frame is None:
+        return words
+    return f"{words}, {with_minus(picture_text(float(size[frame])))} {unit_text(unit)}"
+
+
+def _sample(body: Body) -> Any:
+    shape = body.shapes[0]
+    colour = ROLES[shape.role]
+    disc, is_open = isinstance(shape, Disc), getattr(shape, "open", False)
+    marker: Look = {"linestyle": "", "marker": "o" if disc else "s", "markersize": 8}
+    if is_open:
+        dark = ROLES["fixed"] if shape.role == "paper" else "none"
+        return Line2D([], [], mec=colour, mew=1.6, mfc=dark, **marker)
+    return Line2D([], [], mfc=colour, mec=EDGE, mew=0.8, **marker)
+
+
+def draw_mechanism(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> None:
+    """Draw the mechanism with its forces at a sample."""
+    _, key = draw_still(record, figure, motion_at(record, sample))
+    add_legend(figure, key, columns=3)
+
+
+def draw_still(
+    record: "Record", figure: "Figure | SubFigure", motion: "Motion"
+) -> tuple[Any, dict[str, Any]]:
+    """Draw a motion of one frame; return the Axes of the whole, and the key by words."""
+    drawing = Drawing(motion, figure, title_of(record))
+    drawing.show(0)
+    return drawing.axes, key_of(motion, 0)
+
+
+def motion_at(record: "Record", sample: int) -> "Motion":
+    """Return the motion of a single sample."""
+    number = sample % len(record.time)
+    motion = motion_of(part_of(record, slice(number, number + 1)))
+    if motion is None:
+        raise InputError("cannot draw this result: there is no drawing of its kind")
+    return motion
+
+
+# Animations.
+
+SECONDS = 8.0  # that a run takes by default
+FRAMES_PER_SECOND = {".gif": 20.0, ".mp4": 30.0}
+MAX_FRAMES_PER_SECOND = {".gif": 50.0, ".mp4": 120.0}  # a GIF counts hundredths of a second
+MAX_FRAMES = 6000
+FFMPEG = "ffmpeg"
+
+
+def check_animation(path: Path) -> None:
+    """Check that an animation can be written, and that no other file is replaced by one."""
+    kind = path.suffix.lower()
+    if kind not in ANIMATIONS:
+        raise InputError(f"{path}: expected the name of an animation, which ends in .gif or .mp4")
+    if kind == ".mp4" and shutil.which(FFMPEG) is None:
+        raise InputError(
+            f"{path}: MP4 needs the program ffmpeg, which is not installed; install it (on Debian"
+            " 'apt install ffmpeg', see https://ffmpeg.org), or give a name that ends in .gif"
+        )
+    check_output(path, ANIMATIONS[kind])
+
+
+def animate(
+    record: "Record",
+    path: Path,
+    fps: float | None = None,
+    speed: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    name: str = "",
+) -> None:
+    """Write the mechanism of a result in motion.
+
+    Parameters
+    ----------
+    path : Path
+        Ends in .gif or .mp4.
+    fps : float, optional
+        Frames per second: 20 of a GIF, 30 of MP4.
+    speed : float, optional
+        Simulated seconds per second; by default the run takes 8 s.
+    progress : callable, optional
+        Called with the number of frames drawn and the total.
+    name : str
+        Of the file of the result, for messages.
+    """
+    from matplotlib.animation import FFMpegWriter, PillowWriter  # slow, and not for pictures
+
+    check_animation(path)
+    kind = path.suffix.lower()
+    try:
+        motion = motion_of(record)
+    except InputError as error:
+        raise InputError(f"{name}: {error}" if name else str(error)) from None
+    if motion is None:
+        raise InputError("cannot show this result in motion: there is no drawing of its kind")
+    fps = rate_of(kind, fps)
+    frames = frames_of(motion.time, fps, speed)
+    title = record.attributes["title"] or record.attributes["kind"]
+    if overrides := short_overrides(record.attributes):
+        title += f" ({'; '.join(overrides)})"
+    with styled(), TemporaryDirectory(prefix="frictionsim-") as folder:
+        figure = new_figure()
+        drawing = Drawing(motion, figure, title)
+        drawing.show(0)
+        add_legend(figure, key_of(motion), columns=3)
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # what is drawn keeps its place
+        writers: dict[str, Any] = {".gif": PillowWriter, ".mp4": FFMpegWriter}
+        part, writer = Path(folder, f"animation{kind}"), writers[kind](fps=fps)
+        try:
+            with writer.saving(figure, str(part), DOTS_PER_INCH):
+                for count, frame in enumerate(frames.tolist(), 1):
+                    drawing.show(frame)
+                    writer.grab_frame()
+                    if progress is not None:
+                        progress(count, len(frames))
+        except CalledProcessError as error:
+            lines = str(error.stderr or "").strip().splitlines()
+            reason = lines[-1] if lines else f"it ended with code {error.returncode}"
+            raise OutputError(f"cannot write the animation: ffmpeg failed: {reason}") from None
+        write_file(path, part.read_bytes(), ANIMATIONS[kind])
+
+
+def rate_of(kind: str, fps: float | None) -> float:
+    """Return the frames per second of an animation."""
+    most = MAX_FRAMES_PER_SECOND[kind]
+    fps = FRAMES_PER_SECOND[kind] if fps is None else fps
+    if not 0.0 < fps <= most:
+        raise ArgumentError(
+            "fps", f"expected a number above 0 and up to {most:g} for {kind}, got {fps:g}"
+        )
+    if kind != ".gif":
+        return fps
+    # A GIF counts hundredths of a second, and Pillow's writer cuts what is less than one off.
+    return 100.0 / (max(round(100.0 / fps), 1) + 1e-6)
+
+
+def frames_of(time: Any, fps: float, speed: float | None) -> Any:
+    """Return the number of the frame of a motion that each frame of an animation shows.
+
+    Parameters
+    ----------
+    time : (frames,), s
+        Of the motion.
+    """
+    duration = float(time[-1] - time[0])
+    speed = (duration / SECONDS if duration else 1.0) if speed is None else speed
+    if not 0.0 < speed < inf:
+        raise ArgumentError("speed", f"expected a number above 0, got {speed:g}")
+    count = duration / speed * fps
+    if count > MAX_FRAMES:
+        raise ArgumentError(
+            "speed",
+            f"at {speed:g} simulated seconds per second the animation would have {count:.6g}"
+            f" frames, more than {MAX_FRAMES}; give a larger speed or fewer frames per second",
+        )
+    times = time[0] + speed / fps * np.arange(ceil(count - 1e-9) + 1)
+    return np.maximum(np.searchsorted(time, times, side="right") - 1, 0)

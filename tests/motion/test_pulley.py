@@ -1,0 +1,205 @@
+"""Pulleys in motion, with a load and with masses: places by closed forms, forces in balance."""
+
+from functools import cache
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+import frictionsim as fs
+from frictionsim.results import SLACK, Record
+from tests.support.motions import (
+    Motion,
+    arrow,
+    body,
+    lines,
+    motion,
+    number,
+    point_of,
+    record_of,
+)
+from tests.support.records import shown
+from tests.support.scenarios import shipped
+
+TIMES = np.linspace(0.0, 2.0, 41)
+LIFT, SLACK_ROPE = "lift", "hard/lift_slack_rope"
+
+
+def drawn_pulley(number: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return a drawn scenario, and channels that no solver made."""
+    rng = np.random.default_rng(number)
+    angle = rng.uniform(-3.0, 3.0) + rng.uniform(-9.0, 9.0) * TIMES + 2.0 * np.sin(3.0 * TIMES)
+    force = rng.uniform(100.0, 900.0) + 200.0 * np.sin(TIMES)
+    radius = rng.uniform(0.02, 2.0)
+    data = shipped(
+        "pulley",
+        mechanism__cord_radius=radius,
+        mechanism__load=rng.uniform(10.0, 900.0),
+        drive__direction=("vertical", "horizontal")[number % 2],
+        effects__shaft_friction__shaft_radius=0.4 * radius,
+    )
+    torque = rng.uniform(-1.0, 1.0) * radius * force
+    return data, {"time": TIMES, "angle": angle, "drive_force": force, "friction_torque": torque}
+
+
+@pytest.mark.parametrize("number_", range(4))
+def test_a_pulley_turns_and_lifts_and_its_forces_balance(number_: int) -> None:
+    data, channels = drawn_pulley(number_)
+    animation, radius = (
+        motion(record_of("pulley", channels, data)),
+        data["mechanism"]["cord_radius"],
+    )
+    angle, load = channels["angle"], body(animation, "load")
+    for i in (0, 7, 40):
+        rim = point_of(body(animation, "pulley"), i, radius, 0.0)
+        assert rim == pytest.approx(radius * np.exp(1j * angle[i]))
+    travel = number(animation, "travel of the load")
+    assert travel == pytest.approx(radius * (angle - angle[0]))
+    smaller = float(load.name.partition("1 : ")[2].rstrip(")") or 1.0)
+    assert smaller * (load.y - load.y[0]) == pytest.approx(travel, rel=5e-3, abs=5e-3 * radius)
+    (cord,) = lines(animation, "cord")
+    assert cord.points[:, 0] == pytest.approx(np.column_stack([load.x, load.y]))
+    for line in cord.points[[0, 20, 40]]:
+        assert np.hypot(*line[1:-1].T) == pytest.approx(radius)
+        # The straight parts are at right angles to the radius where they meet it.
+        assert np.dot(line[1], line[0] - line[1]) == pytest.approx(0.0, abs=1e-9)
+        assert np.dot(line[-2], line[-1] - line[-2]) == pytest.approx(0.0, abs=1e-9)
+    # The marks pass a fixed place as the rim does.
+    assert cord.travel + load.y - load.y[0] == pytest.approx(travel)
+    names = ("drive force", "weight of the load", "reaction of the shaft")
+    drive, hung, reaction = (arrow(animation, name) for name in names)
+    assert hung.vector[:, 1] == pytest.approx(-data["mechanism"]["load"])
+    assert np.abs(drive.vector).max(axis=1) == pytest.approx(channels["drive_force"])
+    assert drive.foot == pytest.approx(cord.points[:, -1])
+    assert drive.vector + hung.vector + reaction.vector == pytest.approx(0.0, abs=1e-9)
+    (x, y), (across, up) = reaction.foot.T, reaction.vector.T
+    assert x * up - y * across == pytest.approx(channels["friction_torque"])
+    longest = max(np.hypot(*each.vector.T).max() for each in (drive, hung, reaction))
+    assert animation.scale * longest == pytest.approx(2.0 * radius)
+
+
+def solved(name: str, **changes: Any) -> Record:
+    return shown(name, solver__rtol=1e-8, **changes)
+
+
+@cache
+def moving(name: str) -> Motion:
+    return motion(solved(name))
+
+
+def integral(values: Any, time: Any) -> Any:
+    """Return the integral from the start by trapezoids."""
+    steps = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+@pytest.mark.parametrize("name", [LIFT, SLACK_ROPE])
+def test_the_masses_are_where_their_velocities_take_them(name: str) -> None:
+    animation = moving(name)
+    car, other = body(animation, "car"), body(animation, "counterweight")
+    smaller = float(car.name.partition("1 : ")[2].rstrip(")") or 1.0)
+    assert (smaller > 1.0) == (name == LIFT)
+    way = integral(number(animation, "car, velocity"), animation.time)
+    assert smaller * (car.y - car.y[0]) == pytest.approx(way, abs=5e-3 * np.ptp(way))
+    if name == LIFT:  # the rope is never slack
+        assert other.y - other.y[0] == pytest.approx(car.y[0] - car.y, abs=1e-12)
+
+
+def test_marks_on_the_rope_pass_those_of_the_rim_by_the_slip() -> None:
+    animation, radius = moving(LIFT), 0.265
+    over = lines(animation, "rope")[0]
+    assert np.hypot(*over.points[0].T) == pytest.approx(radius)
+    passed = over.travel - radius * body(animation, "pulley").angle
+    speeds = number(animation, "car, velocity"), radius * number(animation, "angular velocity")
+    assert passed == pytest.approx(integral(speeds[0] - speeds[1], animation.time), abs=1e-3)
+    assert passed[-1] > 1.0
+    starts = next(e.time for e in solved(LIFT).transitions if e.contact == "cord")
+    assert np.all(np.abs(passed[animation.time <= starts]) < 1e-12)
+    assert over.spacing == pytest.approx(2.0 * pi * radius / 12)
+
+
+def test_a_slack_rope_bows_as_long_as_it_is_and_no_wider_than_the_picture() -> None:
+    animation, record = moving(SLACK_ROPE), solved(SLACK_ROPE)
+    right = lines(animation, "rope")[1].points
+    car, gap = body(animation, "car"), number(animation, "slack rope, car")
+    lengths = np.hypot(*np.diff(right, axis=1).transpose(2, 0, 1)).sum(axis=1)
+    # A parabola is longer than its chord by 8 s^2/(3 L) - 32 s^4/(5 L^3) + ...
+    assert lengths - -car.y == pytest.approx(gap, abs=0.1 * gap.max())
+    assert gap.max() > 0.02
+    slack = [e.time for e in record.transitions if SLACK in (e.mode_from, e.mode_to)]
+    outside = (animation.time < slack[0]) | (animation.time > slack[-1])
+    assert np.ptp(right[outside, :, 0]) == 0.0
+    time, zero = np.linspace(0.0, 1.0, 5), np.zeros(5)
+    channels = {"time": time, "angle": zero, "car_position": time, "counterweight_position": zero}
+    long = motion(record_of("pulley", channels, shipped("hard/lift_slack_rope")))
+    assert lines(long, "rope")[1].points[..., 0].max() == pytest.approx(1.9 * 0.15)
+
+
+@pytest.mark.parametrize("name", [LIFT, SLACK_ROPE])
+def test_tensions_and_reaction_are_the_channels_and_balance(name: str) -> None:
+    animation, channels = moving(name), solved(name).channels
+    at = np.searchsorted(channels["time"], animation.time, side="right") - 1
+    right, left, reaction = (
+        arrow(animation, each)
+        for each in ("tension, car", "tension, counterweight", "reaction of the shaft")
+    )
+    assert right.vector[:, 1] == pytest.approx(-channels["rope_tension_car"][at])
+    assert reaction.vector + right.vector + left.vector == pytest.approx(0.0, abs=1e-6)
+    friction = channels["friction_torque"][at]
+    assert reaction.foot[:, 0] * reaction.vector[:, 1] == pytest.approx(friction, abs=1e-9)
+    assert right.foot[:, 0] == pytest.approx(shipped(name)["mechanism"]["cord_radius"])
+    (drive,) = lines(animation, "torque of the drive")
+    assert drive.size == pytest.approx(channels["drive_torque"][at])
+    radius = 0.62 * shipped(name)["mechanism"]["cord_radius"]
+    bow = drive.points[:, :25]
+    assert np.hypot(*bow.reshape(-1, 2).T) == pytest.approx(radius)
+    swept = np.unwrap(np.arctan2(bow[..., 1], bow[..., 0]), axis=1)
+    turn = 0.75 * pi * drive.size / np.abs(drive.size).max()
+    assert swept[:, -1] - swept[:, 0] == pytest.approx(turn)
+    (detail,) = animation.details
+    assert np.abs(reaction.foot[:, 0]).max() < detail.bounds[1]
+
+
+@pytest.mark.parametrize("name", [LIFT, SLACK_ROPE, "pulley", "pulley_horizontal"])
+def test_everything_is_within_the_bounds(name: str) -> None:
+    animation = moving(name)
+    left, right, bottom, top = animation.bounds
+    for part in animation.parts:
+        if hasattr(part, "vector"):
+            points = part.foot + animation.scale * part.vector
+        elif hasattr(part, "shapes"):
+            points = np.column_stack([part.x, part.y])
+        else:
+            points = part.points.reshape(-1, 2)
+        assert left <= points[:, 0].min() <= points[:, 0].max() <= right, part.name
+        assert bottom <= points[:, 1].min() <= points[:, 1].max() <= top, part.name
+
+
+def test_no_counterweight_is_an_end_that_a_force_pulls() -> None:
+    data = shipped(
+        "lift",
+        drive__torque=None,
+        drive__force=9000.0,
+        effects__hanging_masses__counterweight=0.0,
+        effects__cord_friction=None,
+        solver__duration=0.2,
+        solver__rtol=1e-6,
+    )
+    animation = motion(fs.solve(data).record)
+    assert "counterweight" not in {part.name.split(" (")[0] for part in animation.parts}
+    end = lines(animation, "rope")[2].points[:, -1]
+    assert arrow(animation, "drive force").foot == pytest.approx(end)
+
+
+def test_a_pulley_that_a_torque_turns_shows_it_and_its_reaction() -> None:
+    turned = {"time": [0.0, 1.0, 2.0], "value": [0.0, 90.0, -30.0]}
+    changes: dict[str, Any] = {"drive__force": None, "drive__torque": turned}
+    data = shipped("pulley", **changes, solver__rtol=1e-6, solver__duration=2.0)
+    animation = motion(fs.solve(data).record)
+    weight, reaction = (
+        arrow(animation, name) for name in ("weight of the load", "reaction of the shaft")
+    )
+    assert reaction.vector == pytest.approx(-weight.vector)
+    (drive,) = lines(animation, "torque of the drive")
+    assert (drive.size.max(), drive.size.min()) == (pytest.approx(90.0), pytest.approx(-30.0))

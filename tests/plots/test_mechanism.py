@@ -1,0 +1,155 @@
+"""Mechanisms at an instant: what is drawn are the forces and places of the result."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, FancyArrowPatch
+
+from frictionsim.results import Record
+from tests.support.belt_results import FOUR, belt_run
+from tests.support.records import draw, shown, with_channels
+
+VIEW = {"pulley_return": "mechanism", "lift": "mechanism", "shaft": "friction_circle"}
+R_S = 0.0254  # m, radius of the shaft of the shipped pulley
+
+
+def drawn(record: Record, view: str, **options: Any) -> Figure:
+    figure = draw(record, view, **options)
+    figure.draw_without_rendering()
+    return figure
+
+
+def key_of(figure: Figure) -> list[str]:
+    return [text.get_text().replace("\n", " ") for text in figure.legends[0].get_texts()]
+
+
+def arrows(figure: Figure) -> list[tuple[Any, Any]]:
+    """Return foot and vector of each force in the whole, m."""
+    found = []
+    for patch in figure.axes[1].patches:
+        if isinstance(patch, FancyArrowPatch) and patch.get_visible():
+            vertices = patch.get_path().vertices
+            found.append((vertices[0], patch))
+    return found
+
+
+def scale_bar(ax: Any) -> dict[str, float]:
+    """Return the lengths of the bars of the scale, m, by their words."""
+    lengths = [np.ptp(line.get_xdata()) for line in ax.lines if line.get_marker() == "|"]
+    words = [text.get_text() for text in ax.texts if text.get_text().endswith((" m", " N"))]
+    return dict(zip(words, lengths, strict=True))
+
+
+def test_the_key_has_each_force_with_its_size_at_the_instant() -> None:
+    record = shown("pulley_return")
+    k = int(np.searchsorted(record.time, 1.0))
+    key = key_of(drawn(record, "mechanism", time=float(record.time[k])))
+    force = record.channels["drive_force"][k]
+    assert f"drive force, {force:.4g} N" in key
+    assert "weight of the load, 2224 N" in key
+    assert f"reaction of the shaft, {force + 2224.1:.4g} N" in key
+
+
+@pytest.mark.parametrize("name", VIEW)
+def test_the_whole_stands_above_its_enlarged_circles_with_scales(name: str) -> None:
+    figure = drawn(shown(name), VIEW[name])
+    text, whole, detail = figure.axes
+    assert detail.get_title() == "friction circles of the shaft, enlarged"
+    places = [ax.get_position() for ax in (text, whole, detail)]
+    assert places[0].y0 > places[1].y1 - 1e-6
+    assert places[1].y0 > places[2].y1
+    for ax in (whole, detail):
+        bars = scale_bar(ax)
+        length = next(words for words in bars if words.endswith(" m"))
+        assert bars[length] == pytest.approx(float(length.split()[0]))
+        assert any(words.endswith(" N") for words in bars)
+
+
+def test_friction_circles_have_their_radii() -> None:
+    figure = drawn(shown("pulley_return"), "mechanism")
+    radii = {p.radius for p in figure.axes[2].patches if isinstance(p, Circle)}
+    expected = {R_S * np.sin(np.arctan(mu)) for mu in (0.2, 0.1)}
+    assert {R_S, *expected} <= {float(f"{r:.12g}") for r in radii} | radii
+
+
+def test_a_wheel_is_turned_by_its_angle() -> None:
+    record = shown("pulley_return")
+    k = int(np.searchsorted(record.time, 1.0))
+    ax = drawn(record, "mechanism", time=float(record.time[k])).axes[1]
+    mark = next(p for p in ax.patches if isinstance(p, Circle) and np.hypot(*p.center) > 0.0)
+    place = (mark.get_transform() - ax.transData).transform((0.0, 0.0))
+    turned = np.arctan2(place[1], place[0]) - record.channels["angle"][k]
+    assert np.exp(1j * turned) == pytest.approx(1.0)
+
+
+def test_the_lever_arm_is_friction_torque_over_reaction() -> None:
+    record = shown("shaft")
+    k = int(np.searchsorted(record.time, 0.8))
+    figure = drawn(record, "friction_circle", time=float(record.time[k]))
+    lines = [
+        c.get_segments()[0]
+        for c in figure.axes[2].collections
+        if isinstance(c, LineCollection) and len(c.get_segments()) == 1
+    ]
+    arm = abs(record.channels["friction_torque"][k]) / record.channels["shaft_reaction"][k]
+    assert any(
+        np.allclose(line[0], 0.0) and np.hypot(*line[1]) == pytest.approx(arm) for line in lines
+    )
+
+
+def bars(ax: Any, colour: str) -> Any:
+    """Return feet and tips of the bars of a colour, (n, 2, 2), m."""
+    from matplotlib.colors import to_hex
+
+    found = [
+        np.array(c.get_segments())
+        for c in ax.collections
+        if isinstance(c, LineCollection)
+        and c.get_array() is None
+        and len(c.get_segments())
+        and to_hex(c.get_color()[0]) == colour
+        and c.get_linewidths()[0] == pytest.approx(1.4)
+    ]
+    return np.concatenate(found) if found else np.zeros((0, 2, 2))
+
+
+def test_a_belt_has_the_forces_on_its_bodies_as_bars_on_one_scale() -> None:
+    record = belt_run(FOUR, bodies=60, samples=41)
+    figure = drawn(record, "drive")
+    whole = figure.axes[1]
+    sizes = scale_bar(whole)
+    newtons = next(words for words in sizes if words.endswith(" N"))
+    scale = sizes[newtons] / float(newtons.split()[0])
+    normal = record.channels["normal_force"][-1]
+    lengths = np.hypot(*np.diff(bars(whole, "#0072b2"), axis=1)[:, 0].T) / scale
+    seen = normal[normal > 0.02 * normal.max()]
+    assert len(lengths) <= (normal > 0.0).sum()
+    assert np.sort(lengths)[-len(seen) // 2 :] == pytest.approx(
+        np.sort(seen)[-len(seen) // 2 :], rel=1e-6
+    )
+    centres = np.array([(p.x, p.y) for p in FOUR])
+    index = record.channels["pulley_index"][-1]
+    bodies = np.column_stack([record.channels[n][-1] for n in "xy"])[index >= 0]
+    on = centres[index[index >= 0].astype(int)]
+    for foot, tip in bars(whole, "#0072b2"):  # outward
+        k = int(np.argmin(np.hypot(*(bodies - foot).T)))
+        assert np.hypot(*(tip - on[k])) > np.hypot(*(foot - on[k]))
+    key = key_of(figure)
+    assert {"sticks on the pulley", "slips on the pulley", "normal force on the belt"} <= {*key}
+
+
+def test_the_belt_is_coloured_by_its_tension() -> None:
+    record = belt_run(bodies=60, samples=41, effects={"belt_friction": {}, "contact": {}})
+    figure = drawn(record, "drive")
+    (belt,) = [c for c in figure.axes[1].collections if c.get_array() is not None]
+    np.testing.assert_array_equal(belt.get_array(), record.channels["tension"][-1])
+    assert "tension, N" in [ax.get_xlabel() for ax in figure.axes]
+
+
+def test_a_force_that_vanishes_has_no_arrow() -> None:
+    record = shown("pulley_return")
+    still = with_channels(record, drive_force=0.0 * record.channels["drive_force"])
+    assert len(arrows(drawn(still, "mechanism"))) == len(arrows(drawn(record, "mechanism"))) - 1
