@@ -9,6 +9,7 @@ import pytest
 import frictionsim as fs
 from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow
 from frictionsim.solvers.rkf45 import START, Step, Tolerances
+from frictionsim.solvers.runge_kutta_fehlberg import E6
 from tests.support.problems import CORD_RADIUS, DRAG, INERTIA, LOAD, R_K, R_S
 from tests.support.wheels import signal, solved, wheel
 
@@ -109,7 +110,7 @@ def test_an_error_is_relative_to_the_larger_of_both_states() -> None:
     no_slopes = [0.0, 0.0]
 
     def error(errors: list[float], y_old: list[float], y: list[float]) -> float:
-        slopes = [e / runge_kutta_fehlberg.E6 for e in errors]  # of the last stage of a step of 1 s
+        slopes = [e / E6 for e in errors]  # of the last stage of a step of 1 s
         stages = (no_slopes, no_slopes, no_slopes, slopes)
         return tolerances.error(y_old, y, no_slopes, stages, 1.0)
 
