@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from re import split
-from signal import Signals
+from signal import SIGINT, Signals
 from typing import Any
 
 EXIT_DONE = 0
@@ -114,10 +114,11 @@ class BeltOffPulleys(SolverError):
 
 
 class Interrupted(SolverError):
-    """A run that was stopped by a signal; it can be resumed."""
+    """A run that was stopped by a signal, or by a function of its progress; it can be resumed."""
 
-    def __init__(self, signal_number: int, time: float) -> None:
-        super().__init__(f"by {Signals(signal_number).name} at t = {time:.9g} s")
+    def __init__(self, signal_number: int = SIGINT, time: float | None = None) -> None:
+        at = "" if time is None else f" at t = {time:.9g} s"
+        super().__init__(f"by {Signals(signal_number).name}{at}")
         self.exit_code, self.signal_number = EXIT_SIGNAL + signal_number, signal_number
         self._arguments: tuple[Any, ...] = signal_number, time
 

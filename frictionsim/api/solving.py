@@ -76,8 +76,8 @@ def solve(
         Solve a second time, more accurately, for `Result.errors`.
     progress : bool or callable
         True shows a progress bar on a terminal, after a second. A callable is called with the
-        simulated time, s, after each step; if it raises `frictionsim.errors.Interrupted`, the run
-        stops and can be resumed.
+        simulated time, s, after each step; if it raises `frictionsim.Interrupted()`, the run stops
+        and can be resumed.
     check : bool
         Raise the error of a run that failed or whose self-audit failed, as `Result.check` does.
 

@@ -41,7 +41,7 @@ def unfinished_beside(path: Path) -> str:
     """Return the end of a message that a result is done: the unfinished one next to it, if any."""
     for partial in (partial_name(path), unfinished_sweep_name(path)):
         if partial.is_file():
-            return f"; the unfinished {partial} can be resumed"
+            return f"; 'frictionsim resume {partial}' continues the unfinished one"
     return ""
 
 
@@ -99,6 +99,6 @@ def resumable_name(path: Path) -> Path:
         raise InputError(
             f"{path}: there is nothing to resume: there is no {names[0]}, {names[1]} or {names[2]}."
             " A run that is killed before its first checkpoint, which it makes after 60 s"
-            " (output.checkpoint), leaves none; solve its scenario again"
+            " (output.checkpoint), or a sweep before its first runs, leaves none; start it again"
         )
     return found

@@ -191,7 +191,8 @@ def release_distance(samples: "Samples", frictions: list["ContactColumns"], end:
 
     Just before it; or, where another event or a jump of the load comes with it, and at the start of
     the run, by how much the contact could hold just after it. One that comes as another contact
-    turns, its slip passing zero without an event, is left out.
+    turns, its slip passing zero without an event, is left out; so are two that come at the start of
+    the run, of which each may hold only as long as the other one does.
     """
     columns, worst = {c.name: c for c in frictions}, 0.0
     apart = 2.0 * SAME_TIME_ULPS * ulp(end)
@@ -205,10 +206,11 @@ def release_distance(samples: "Samples", frictions: list["ContactColumns"], end:
         before, after = (
             _margin(side, contact, i, event.mode_to) for side in (samples.before, samples.after)
         )
-        others = (e for e in samples.transitions if e.contact != event.contact)
+        others = [e for e in samples.transitions if e.contact != event.contact]
         jumps = before >= 0.0 >= after
         if event.time == 0.0:
-            worst = max(worst, after)
+            is_alone = not any(leaves_stick(e) and e.time == 0.0 for e in others)
+            worst = max(worst, after if is_alone else 0.0)
         elif jumps or any(abs(e.time - event.time) <= apart for e in others):
             worst = max(worst, min(abs(before), max(after, 0.0)))
         else:

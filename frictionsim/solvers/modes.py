@@ -1,7 +1,8 @@
 """The modes of contacts that are consistent with a state of rest, slip and slack.
 
 Where several combinations are solutions, the one in which most contacts hold is taken, so that
-quasi-static stick is kept. All combinations are tried, at most 3^n of n contacts.
+quasi-static stick is kept; of several of these, the one in which those give way that are beyond
+their limits when all hold. All combinations are tried, at most 3^n of n contacts.
 """
 
 from collections.abc import Iterator
@@ -62,9 +63,11 @@ def consistent(system: Any, t: float, y: list[float], before: Modes, now: Modes)
         for i, mode in enumerate(before)
         if now[i] == KEEPS and not holds(mode) and y[n + system.contacts[i].coordinate] == 0.0
     }
+    each = [options(system, y, i) for i in range(len(before))]
+    keep = [] if len(each) == 1 else _within_limits(system, t, y, [modes[0] for modes in each])
     some = sorted(
-        product(*(options(system, y, i) for i in range(len(before)))),
-        key=lambda modes: -sum(map(holds, modes)),
+        product(*each),
+        key=lambda modes: (-sum(map(holds, modes)), sum(not holds(modes[i]) for i in keep)),
     )
     # An acceleration at the limit may be roundoff of the wrong sign: what was found there, or gave
     # way before, gives way whatever it is. Of several that were found, one may relieve the others.
@@ -81,6 +84,16 @@ def consistent(system: Any, t: float, y: list[float], before: Modes, now: Modes)
         f" {subject(system)}: the friction is too large for them; check the coefficients of"
         " friction and the radius of the shaft"
     )
+
+
+def _within_limits(system: Any, t: float, y: list[float], modes: Modes) -> list[int]:
+    """Return which contacts hold in these modes, by forces within their limits."""
+    margins = system.margins(t, y, modes)
+    return [
+        i
+        for i, (mode, (forward, backward, roundoff)) in enumerate(zip(modes, margins, strict=True))
+        if holds(mode) and forward >= -roundoff and (mode == TAUT or backward >= -roundoff)
+    ]
 
 
 def _by_holding(some: list[Any], sure: tuple[dict[int, int], ...]) -> Iterator[Any]:

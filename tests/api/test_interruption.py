@@ -88,3 +88,13 @@ def test_other_threads_install_no_handler(tmp_path: Path) -> None:
     thread.start()
     thread.join()
     assert statuses == ["done"]
+
+
+def test_a_function_of_the_progress_stops_a_run(tmp_path: Path) -> None:
+    def stop(time: float) -> None:
+        if time > 1.0:
+            raise fs.Interrupted
+
+    stopped = fs.solve("pulley", output=tmp_path / "a.h5", progress=stop)
+    assert stopped.status == "interrupted"
+    assert fs.resume(stopped).status == "done"
