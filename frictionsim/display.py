@@ -213,6 +213,19 @@ ROLES_ON_DARK = {
     "cord": "#E2E2E2",
     "paper": "#16181B",
 }
+EVENT_COLOURS = {"cord": PURPLE, "car rope": BLUE, "counterweight rope": BLUE, "stop": WINE}
+"""By contact; events of the shaft alone have no contact in their words."""
+
+
+def event_colour(words: str) -> str:
+    """Return the colour of an event, which is the same in pictures, charts and tables."""
+    contact, _, event = words.rpartition(": ")
+    if contact:
+        return EVENT_COLOURS.get(contact, GREY)
+    named = {"comes to rest": GREEN, "breakaway": VERMILION, "reverses": ORANGE}
+    return named.get(event, GREY)
+
+
 PAGE = {
     "background": "#FFFFFF",
     "text": "#1A1A1A",
