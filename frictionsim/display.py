@@ -1,13 +1,11 @@
 """How a result is shown: its numbers, the words for its modes, and the colours of its parts.
 
-Tables, pictures, motions and pages read them here; `page_style` and `page_data` give words and
-colours to the scripts of a page.
+Tables, pictures, motions and pages read them here; `page_style` gives colours to a page.
 """
 
 import re
 from collections.abc import Mapping
 from math import isfinite
-from typing import Any
 
 from frictionsim.results import BACKWARD, FORWARD, MODES, STICK
 
@@ -213,6 +211,19 @@ ROLES_ON_DARK = {
     "cord": "#E2E2E2",
     "paper": "#16181B",
 }
+EVENT_COLOURS = {"cord": PURPLE, "car rope": BLUE, "counterweight rope": BLUE, "stop": WINE}
+"""By contact; events of the shaft alone have no contact in their words."""
+
+
+def event_colour(words: str) -> str:
+    """Return the colour of an event, which is the same in pictures, charts and tables."""
+    contact, _, event = words.rpartition(": ")
+    if contact:
+        return EVENT_COLOURS.get(contact, GREY)
+    named = {"comes to rest": GREEN, "breakaway": VERMILION, "reverses": ORANGE}
+    return named.get(event, GREY)
+
+
 PAGE = {
     "background": "#FFFFFF",
     "text": "#1A1A1A",
@@ -240,52 +251,34 @@ PAGE_ON_DARK = {
     "drawing-faint": "#565C64",
 }
 
-CHART = {
-    "text": "#333333",
-    "grid": "#e4e4e4",
-    "axis": "#9a9a9a",
-    "stick": "rgba(0,0,0,0.10)",
-    "event": VERMILION,
-    "hover": "#ffffff",
-}
-CHART_ON_DARK = {
-    "text": "#d8d8d8",
-    "grid": "#34383e",
-    "axis": "#6b7076",
-    "stick": "rgba(255,255,255,0.11)",
-    "event": ORANGE,
-    "hover": "#26292e",
-}
-
 
 def page_style() -> str:
-    """Return the colours of a page as variables of CSS, light and dark."""
+    """Return the colours of a page as variables of CSS, and looks of its parts by their roles.
+
+    Charts have their colours within: those on dark replace them there.
+    """
     light, dark = _variables(PAGE, ROLES), _variables(PAGE_ON_DARK, ROLES_ON_DARK)
-    return (
-        f":root {{ color-scheme: light dark; {light} }}\n"
-        "@media (prefers-color-scheme: dark)"
-        f' {{ :root:not([data-theme="light"]) {{ {dark} }} }}\n'
-        ':root[data-theme="light"] { color-scheme: light; }\n'
-        f':root[data-theme="dark"] {{ color-scheme: dark; {dark} }}\n'
+    looks = "\n".join(
+        f".fill-{role} {{ fill: var(--role-{role}); }}\n"
+        f".line-{role} {{ stroke: var(--role-{role}); }}"
+        for role in ROLES
     )
+    lines = "\n".join(
+        f'.plotly [style*="{what}: {_rgb(one)}"] {{ {what}: {other} !important; }}'
+        for one, other in zip(COLOURS, COLOURS_ON_DARK, strict=True)
+        for what in ("stroke", "fill")
+    )
+    return (
+        f":root {{ color-scheme: light dark; {light} }}\n{looks}\n"
+        f"@media screen and (prefers-color-scheme: dark) {{\n:root {{ {dark} }}\n{lines}\n}}\n"
+    )
+
+
+def _rgb(colour: str) -> str:
+    red, green, blue = bytes.fromhex(colour.removeprefix("#"))
+    return f"rgb({red}, {green}, {blue})"
 
 
 def _variables(colours: Mapping[str, str], roles: Mapping[str, str]) -> str:
     named = {**colours, **{f"role-{role}": colour for role, colour in roles.items()}}
     return " ".join(f"--{name}: {colour.lower()};" for name, colour in named.items())
-
-
-def page_data() -> dict[str, Any]:
-    """Return words, colours and dashes for the scripts of a page."""
-    return {
-        "contactWords": CONTACT_WORDS,
-        "beltContact": {
-            name: {"words": words, "core": core, "around": around}
-            for name, (words, core, around) in BELT_CONTACT.items()
-        },
-        "roles": list(ROLES),
-        "light": {"lines": COLOURS, "chart": CHART},
-        "dark": {"lines": COLOURS_ON_DARK, "chart": CHART_ON_DARK},
-        "dashes": DASHES,
-        "tension": TENSION_SCALE,
-    }

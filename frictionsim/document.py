@@ -1,7 +1,7 @@
 """A document: what there is to say of a result, sweep, study or fit, block by block.
 
 Texts and tables are written as text for a terminal (`as_text`) and as HTML for a notebook or the
-page of a report (`frictionsim.reports.html`), pictures in pages, data as JSON (`as_json`).
+page of a report (`frictionsim.reports.html`), data as JSON (`as_json`).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -32,30 +32,13 @@ class Table(NamedTuple):
     name: str = ""
 
 
-class Picture(NamedTuple):
-    """A chart or drawing as an image.
-
-    Attributes
-    ----------
-    title : str
-    image : bytes
-        SVG or PNG; empty if it could not be drawn.
-    note : str
-        Text below it, such as the reason why it could not be drawn.
-    """
-
-    title: str
-    image: bytes
-    note: str = ""
-
-
 class Data(NamedTuple):
     """Values by name for JSON, which no text shows."""
 
     values: Mapping[str, Any]
 
 
-Block = str | Table | Picture | Data
+Block = str | Table | Data
 Document = Iterable[Block]
 """Blocks from top to bottom; a text is a line or paragraph."""
 

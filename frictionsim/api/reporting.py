@@ -1,6 +1,6 @@
 """Reports: HTML files that show results in a browser."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,6 @@ from frictionsim.scenario.options import as_path
 if TYPE_CHECKING:
     import xarray
 
-    from frictionsim.document import Picture
     from frictionsim.io.cost_table import CostTable
     from frictionsim.reports.run_tables import ReportedRun
 
@@ -71,59 +70,21 @@ def _file_html(path: Path) -> str:
 
 def _costs_html(table: "CostTable", source: str) -> str:
     from frictionsim.api.studies import study_parts
-    from frictionsim.document import Picture
-    from frictionsim.plots.studies import cost_diagram, drawable
-    from frictionsim.plots.style import image_for_page
-    from frictionsim.reports.study_report import cost_page
+    from frictionsim.reports.study import cost_page
 
-    drawn = drawable(table)
-    omitted = len(table.rows) - len(drawn.rows)
-    words = f"{omitted} settings have numbers that no axis shows; the table has them."
-    title = "Error against work, one line for each method"
-    diagram = Picture(title, image_for_page(cost_diagram(drawn)), words if omitted else "")
-    return cost_page(table, study_parts(table), source, diagram)
+    return cost_page(table, study_parts(table), source)
 
 
 def _sweep_html(sweep: Sweep) -> str:
     import numpy as np
 
-    from frictionsim.reports.study_report import sweep_page
+    from frictionsim.reports.study import sweep_page
 
     with np.errstate(all="ignore"):  # of a file that holds extreme numbers: they are shown
-        pictures = _pictures_of_sweep(sweep.table)
-        return sweep_page(sweep.table, sweep.parts(), str(sweep.path or ""), pictures)
-
-
-def _pictures_of_sweep(table: "SweepTable") -> "Iterator[Picture]":
-    """Yield the pictures of a sweep: the first varying quantities together, then each alone."""
-    from frictionsim.api.pictures import plot
-    from frictionsim.document import Picture
-    from frictionsim.plots.style import image_for_page
-    from frictionsim.sweeps.statistics import is_constant, is_defined, sound_values
-
-    defined = [name for name in table.values if is_defined(table, name)]
-    varying = [name for name in defined if not is_constant(sound_values(table, name))]
-    drawn = (varying or defined)[:MAX_PICTURES]
-    undrawn = [name for name in defined if name not in drawn]
-    note = f"Without a picture: {', '.join(undrawn)}; the table has them." if undrawn else ""
-    reported = ""
-    for names in [[], *([name] for name in drawn)]:
-        title = ", ".join(names) or "The first quantities that vary"
-        try:
-            yield Picture(
-                title,
-                image_for_page(plot(Sweep(table), ",".join(names) or None)),
-                "" if names else note,
-            )
-        except InputError as refused:
-            reason = refused.text if isinstance(refused, ArgumentError) else str(refused)
-            if reason != reported:
-                reported = reason
-                yield Picture(title, b"", reason)
+        return sweep_page(sweep.table, sweep.parts(), str(sweep.path or ""))
 
 
 SUFFIXES = (".html", ".htm")
-MAX_PICTURES = 12  # of single quantities of a sweep: each takes a third of a second
 MAX_RESULTS = 8  # there are no more colours to tell them apart
 
 ReportSource = results.Result | str | PathLike[str]
@@ -243,7 +204,7 @@ def _html_of_runs(runs: Sequence[results.Result]) -> str:
     InputError
         If the results are of unlike kinds.
     """
-    from frictionsim.reports.run_report import run_report
+    from frictionsim.reports.run import run_report
     from frictionsim.reports.run_tables import labels_of
 
     kinds = list(dict.fromkeys(result.kind for result in runs))
@@ -254,7 +215,7 @@ def _html_of_runs(runs: Sequence[results.Result]) -> str:
             f"cannot compare results of unlike kinds: {_name(a)} is of kind {a.kind},"
             f" {_name(b)} of kind {b.kind}; give results of one kind"
         )
-    labels = labels_of([result.path for result in runs])
+    labels = labels_of([result.record for result in runs], [result.path for result in runs])
     return run_report([_reported(*pair) for pair in zip(runs, labels, strict=True)])
 
 

@@ -90,7 +90,8 @@ def _along(path: "Path", belt: Line) -> Line:
     are as the body ahead if that touches a pulley, else as the one behind.
     """
     frames, count = belt.points.shape[:2]
-    bodies = places_on(path, belt.points.reshape(-1, 2)).reshape(frames, count)
+    flat = belt.points.reshape(-1, 2).astype(np.float64)
+    bodies = places_on(path, flat).reshape(frames, count)
     ahead = (bodies - np.roll(bodies, 1, axis=1)) % path.length
     left = 1.0 - np.arange(1, PIECES + 1) / PIECES
     places = (bodies[:, :, None] - ahead[:, :, None] * left).reshape(frames, -1) % path.length

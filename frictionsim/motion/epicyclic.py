@@ -37,7 +37,8 @@ def motion(record: "Record") -> Motion:
     point, length = _tracer_point(record), sun + planet
     reach = max(sun + 2.0 * planet, length + (point.radius if point else 0.0))
     marks = tuple(ray(0.25 * pi * i, 0.9 * sun, sun, "fixed") for i in range(8))
-    shapes = Disc(0.0, 0.0, sun, "still"), *marks, Disc(0.0, 0.0, HINGE * planet, "fixed")
+    hub = Disc(0.0, 0.0, HINGE * planet, "fixed")
+    shapes: tuple[Disc | Outline, ...] = (Disc(0.0, 0.0, sun, "still"), *marks, hub)
     parts: list[Part] = [Body("sun", shapes, at.still, at.still, at.still)]
     if "angle" in at:
         angle = at["angle"]

@@ -123,8 +123,9 @@ def _hoist(at: Samples, radius: float) -> _Drawn:
             pull = (-force, at.still) if horizontal else (at.still, -force)
             forces.append(Arrow("drive force", vectors(*end), vectors(*pull), "force"))
         if "friction_torque" in at:
-            up = (force, at.still + weight) if horizontal else (at.still, force + weight)
-            forces.append(reaction(*up, at["friction_torque"]))
+            across = force if horizontal else at.still
+            up = at.still + weight if horizontal else force + weight
+            forces.append(reaction(across, up, at["friction_torque"]))
     return lines, loads, forces, [*at.contact(), Readout("travel of the load", "m", travel)]
 
 

@@ -217,7 +217,6 @@ def _speed_at_rest(record: "Record") -> float:
 MAX_SAMPLES = 200  # in the mean of the tension
 FINE = 2000  # points of the line of a guided string
 OFF = 0.1  # of the smallest radius: joints of a string, which cut its arcs, are that near its line
-NAME_WIDTH = 0.14  # of the length of the belt, of the name of a pulley
 
 
 class BeltLine:
@@ -354,7 +353,7 @@ def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) ->
         handles["on a pulley"] = Patch(color=ARC_SHADES[0])
         longest[number] = max(longest.get(number, (0.0, 0.0)), (start, end), key=np.ptp)
     names = {float(np.mean(ends)): pulleys[number].name for number, ends in longest.items()}
-    write_above(ax, names, belt.place, NAME_WIDTH)
+    write_above(ax, names, belt.place)
     ax.set_ylabel(axis_label("tension", record.units["tension"]))
     first, second, *_ = (pulley.name for pulley in pulleys)
     ax.set_xlabel(axis_label(f"distance along the belt from {first} towards {second}", "m", 80))

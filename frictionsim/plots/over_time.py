@@ -7,22 +7,14 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from frictionsim.display import (
-    BLUE,
-    GREEN,
-    GREY,
-    PURPLE,
-    STICK_SHADE,
-    VERMILION,
-    WINE,
-    picture_text,
-)
+from frictionsim.display import GREY, STICK_SHADE, event_colour, picture_text
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.plots.style import (
     LIMIT,
     MAX_LINES,
     Look,
     axis_label,
+    letters_across,
     line_look,
     plain,
     set_height,
@@ -50,11 +42,9 @@ if TYPE_CHECKING:
 PANEL_HEIGHT, FRAME = 1.7, 0.8  # inches, of a panel, and of title and axis
 MAX_PANELS = 16
 MAX_MARKS = 60  # events; marks of more would hide the channels
-TIME_WIDTH = 0.08  # of the time axis, of a time above the panels
 ROW = 0.07  # of the height of a panel, of a row of marks above it, for each of several results
 
 DASHED, DASH_DOTTED, DOTTED = (0, (5, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1))
-COLOUR_OF_CONTACT = {"cord": PURPLE, "car rope": BLUE, "counterweight rope": BLUE, "stop": WINE}
 DASHES_OF_EVENT = {
     **dict.fromkeys(("breakaway", "slips", "slack", "left"), DASHED),
     **dict.fromkeys(("comes to rest", "sticks", "taut"), DASH_DOTTED),
@@ -64,11 +54,8 @@ DASHES_OF_EVENT = {
 
 def event_look(words: str) -> Look:
     """Return the look of the lines of an event, which has the same one in each picture."""
-    contact, _, event = words.rpartition(": ")
-    known = event in DASHES_OF_EVENT and (not contact or contact in COLOUR_OF_CONTACT)
-    colour = COLOUR_OF_CONTACT.get(contact, GREEN if event == "comes to rest" else VERMILION)
-    dashes = DASHES_OF_EVENT[event] if known else (0, (1, 1.5))
-    return {"color": colour if known else GREY, "linestyle": dashes, "linewidth": 1.0}
+    dashes = DASHES_OF_EVENT.get(words.rpartition(": ")[2], (0, (1, 1.5)))
+    return {"color": event_colour(words), "linestyle": dashes, "linewidth": 1.0}
 
 
 def over_time(
@@ -182,13 +169,21 @@ def mark(axes: Any, record: "Record", window: "Window") -> dict[str, Any]:
     return handles
 
 
-def write_above(ax: Any, texts: Mapping[float, str], along: Any, width: float = TIME_WIDTH) -> None:
-    """Write texts above an Axes, by their places, in two rows where there is room for them."""
+def write_above(ax: Any, texts: Mapping[float, str], along: Any) -> None:
+    """Write texts above an Axes, by their places, in two rows where there is room for them.
+
+    Parameters
+    ----------
+    along : sequence of float
+        From the least to the largest of which the Axes reach.
+    """
     low, high = float(np.min(along)), float(np.max(along))
+    longest = 2 + max(map(len, texts.values()), default=0)
+    room = (high - low) * longest / (0.8 * letters_across(ax.figure, 0.7))  # "x-small"
     ends = [-np.inf, -np.inf]
     for at, text in sorted(texts.items()):
         for row in (0, 1):
-            if low <= at <= high and at - ends[row] > width * (high - low):
+            if low <= at <= high and at - ends[row] > room:
                 ends[row] = at
                 ax.annotate(
                     plain(text),
@@ -207,6 +202,7 @@ def _mark_several(ax: Any, records: Sequence["Record"]) -> dict[str, Any]:
     handles: dict[str, Any] = {}
     for number, record in enumerate(records):
         height = 1.0 + ROW * (len(records) - number)
+        before = len(ax.lines)
         place: Look = {"transform": ax.get_xaxis_transform(), "clip_on": False}
         place["color"] = line_look(number)["color"]
         for phase in sticking_phases(record):
@@ -217,8 +213,9 @@ def _mark_several(ax: Any, records: Sequence["Record"]) -> dict[str, Any]:
             ticks: Look = {"marker": "|", "markersize": 5.0, "linestyle": ""}
             ax.plot(times, [height] * len(times), **place, **ticks)
             handles["ticks: events"] = Line2D([], [], color=GREY, **ticks)
-        where: Look = {"transform": ax.transAxes, "va": "center_baseline", "fontsize": "xx-small"}
-        ax.text(1.005, height, str(number + 1), **where)
+        if len(ax.lines) > before:
+            where: Look = {"transform": ax.transAxes, "va": "center_baseline"}
+            ax.text(1.005, height, str(number + 1), fontsize="xx-small", **where)
     return handles
 
 

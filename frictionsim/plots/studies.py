@@ -93,18 +93,6 @@ LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), 
 WIDTH, HEIGHT = 9.0, 4.9  # inches, without the legend
 COLUMNS = 5  # of the legend
 WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
-MAX_DRAWN = 1e100
-
-
-def drawable(table: "CostTable") -> "CostTable":
-    """Return the table with the rows whose numbers have a place on logarithmic axes."""
-    numbers = ("wall_seconds", "rhs_evaluations", "error", "time_error")
-
-    def is_drawable(row: "Row") -> bool:
-        known = (row[name] for name in numbers if name in row and not isnan(row[name]))
-        return all(0.0 <= number < MAX_DRAWN for number in known)
-
-    return table._replace(rows=[*filter(is_drawable, table.rows)])
 
 
 def cost_diagram(table: "CostTable", figure: Any = None) -> Any:

@@ -33,7 +33,6 @@ LEGEND_WIDTH = 44  # letters of a line of the legend
 LABEL_WIDTH = 18  # letters beside a panel
 DOTS_PER_INCH = 100
 MAX_PIXELS = 100_000_000  # 400 MB while it is drawn
-MAX_SVG = 500_000  # bytes of a picture in a page
 TITLE = "title"  # names the title of a picture, which may be left out
 
 COMMON: Any = {
@@ -297,9 +296,3 @@ def image_of(figure: Figure, suffix: str, dpi: float = DOTS_PER_INCH) -> bytes:
         simplefilter("ignore")  # of letters that a font lacks, which are drawn as boxes
         figure.savefig(buffer, format=suffix[1:], dpi=dpi, metadata=METADATA[suffix])
     return buffer.getvalue()
-
-
-def image_for_page(figure: Figure) -> bytes:
-    """Return a picture as SVG, or as PNG where it has so many parts that SVG would be large."""
-    image = image_of(figure, ".svg")
-    return image if len(image) <= MAX_SVG else image_of(figure, ".png")

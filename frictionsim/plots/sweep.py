@@ -543,9 +543,8 @@ def _draw_sample(
     sampling = variation(table)[1]
     runs = independent_runs(table, sampling)
     names, notes = (list(quantities), list[str]()) if quantities else chosen(table, runs)
-    indices = indices_of(table, names) if len(table.coordinates) > 1 else {}
-    if not any(one.exist for one in indices.values()):
-        indices = {}
+    wanted = sampling is not None and sampling.indices and len(table.coordinates) > 1
+    indices = indices_of(table, names) if wanted else {}
     bars = max(0, min(len(table.coordinates), MAX_BARS) - 2) if indices else 0
     set_height(figure, HEADING + (SAMPLES + 0.28 * bars) * len(names))
     axes = figure.subplots(len(names), 2 if indices else 1, squeeze=False)

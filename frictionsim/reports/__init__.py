@@ -1,6 +1,6 @@
 """Reports: one HTML file that shows results in any browser, without a network.
 
-Tables are documents, those of the terminal, which `html` writes. Charts (Plotly) and drawings (a
-canvas) of runs are made in the page from data in it; those of studies are pictures in SVG. `page`
-puts the parts together; its folder holds style and scripts.
+Tables are documents, those of the terminal, which `html` writes. Charts are figures of Plotly, the
+drawing of a mechanism is SVG: both are made here, and the one script of the page moves what changes
+with the time of its clock. `page` puts the parts together; its folder holds style and script.
 """

@@ -1,15 +1,13 @@
 """Documents as HTML: for notebooks, and for pages with captions that screen readers announce."""
 
-from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from html import escape
 
 from frictionsim.display import STUDY_DIGITS, number_text, with_minus
-from frictionsim.document import Block, Cell, Document, Number, Picture, Table
+from frictionsim.document import Block, Cell, Document, Number, Table
 from frictionsim.io.terminal import visible
 
 MAX_TEXT = 300  # characters of a cell of a study
-PNG = b"\x89PNG"
 
 
 class Html(str):
@@ -50,7 +48,7 @@ def html(block: Block) -> Html:
         return Html(f"<p>{escaped(block)}</p>\n")
     if isinstance(block, Table):
         return table(block)
-    return picture(block) if isinstance(block, Picture) else Html()
+    return Html()
 
 
 def section(heading: str, *content: Block, name: str = "") -> Html:
@@ -86,17 +84,6 @@ def folded(summary: str, content: str, opened: bool = True) -> Html:
 def _details(summary: str, inner: str, opened: bool) -> Html:
     attribute = " open" if opened else ""
     return Html(f"<details{attribute}><summary>{escaped(summary)}</summary>{inner}</details>\n")
-
-
-def picture(block: Picture, opened: bool = True) -> Html:
-    """Return a picture that can be folded away."""
-    title = short(block.title)
-    inner = f"<p>{escaped(short(block.note, 1000))}</p>" if block.note else ""
-    if block.image:
-        kind = "png" if block.image.startswith(PNG) else "svg+xml"
-        source = f"data:image/{kind};base64,{b64encode(block.image).decode('ascii')}"
-        inner = f'<img class="picture" src="{source}" alt="{escaped(title)}">{inner}'
-    return _details(title, inner, opened)
 
 
 def region(style: str, label: str, content: Html) -> Html:

@@ -12,6 +12,7 @@ from frictionsim.display import (
     number_text,
     quantity_text,
     short_text,
+    study_text,
 )
 from frictionsim.document import Block, Table
 from frictionsim.errors import InputError
@@ -72,10 +73,14 @@ class ReportedRun(NamedTuple):
         return list(filter(None, self.attribute("warnings").split("\n")))
 
 
-def labels_of(paths: Sequence[Path | None]) -> list[str]:
-    """Return a name for each result of a comparison: that of its file, and as much more as needed.
+MAX_KEYS = 2  # in a name; results that differ in more have the names of their files
+UNNAMED = ("title", "$schema")  # keys
 
-    A single result has none.
+
+def labels_of(records: "Sequence[Record]", paths: Sequence[Path | None]) -> list[str]:
+    """Return a name for each result of a comparison; a single result has none.
+
+    It is what differs, such as "mu_s = 0.3", or the name of the file, and as much more as needed.
 
     Parameters
     ----------
@@ -85,13 +90,34 @@ def labels_of(paths: Sequence[Path | None]) -> list[str]:
     if len(paths) == 1:
         return [""]
     stems = ["" if path is None else path.stem for path in paths]
-    names = [
+    files = [
         f"result {number}" if path is None else stem if stems.count(stem) == 1 else str(path)
         for number, (path, stem) in enumerate(zip(paths, stems, strict=True), start=1)
     ]
-    if len(set(names)) == len(names):
-        return names
-    return [f"{number}: {name}" for number, name in enumerate(names, start=1)]
+    names = next((n for n in (_by_keys(records), files) if len(set(n)) == len(paths)), None)
+    return names or [f"{number}: {name}" for number, name in enumerate(files, start=1)]
+
+
+def _by_keys(records: "Sequence[Record]") -> list[str]:
+    """Return the values of the keys that differ; none where these are too many."""
+    try:
+        from frictionsim.scenario.toml_data import differing_keys
+
+        differing = differing_keys(records)
+    except InputError:
+        return []
+    keys = [key for key in differing if key not in UNNAMED]
+    if not 0 < len(keys) <= MAX_KEYS:
+        return []
+    return [
+        ", ".join(f"{key.rpartition('.')[2]} = {_short(differing[key][i])}" for key in keys)
+        for i in range(len(records))
+    ]
+
+
+def _short(value: Any) -> str:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return study_text(value) if number else _cell(value)
 
 
 def summary(runs: Sequence[ReportedRun]) -> Iterator[Block]:
@@ -229,17 +255,26 @@ def _check(check: Check | None) -> tuple[str, str, str]:
 
 
 def _counts(runs: Sequence[ReportedRun]) -> Table:
-    headings = ["result", ">samples", ">events", ">states", ">steps", ">rejected steps"]
-    rows = []
+    rows: dict[str, list[str]] = {}
+    names = []
     for run in runs:
         counts = run.record.statistics
         if counts is None:
             continue
         samples, events = (len(of["time"]) for of in (run.record.channels, run.record.events))
-        numbers = (samples, events, counts.states, counts.steps, counts.rejected)
-        rows.append((run.label or "run", *map(str, numbers), str(counts.rhs_evaluations)))
-    headings.append(">evaluations of the right-hand side")
-    return Table(headings, rows, "Solver statistics")
+        names.append(f">{run.label or 'run'}")
+        numbers = {
+            "samples": samples,
+            "events": events,
+            "states": counts.states,
+            "steps": counts.steps,
+            "rejected steps": counts.rejected,
+            "evaluations of the right-hand side": counts.rhs_evaluations,
+        }
+        for words, number in numbers.items():
+            rows.setdefault(words, []).append(str(number))
+    headings = ["count", *names]
+    return Table(headings, [(words, *cells) for words, cells in rows.items()], "Solver statistics")
 
 
 ABSENT = "\N{EM DASH}"

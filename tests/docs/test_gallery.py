@@ -12,7 +12,7 @@ import gallery
 
 PNG = b"\x89PNG\r\n\x1a\n"
 GIF = b"GIF89a"
-MAX_BYTES, MAX_SCREENSHOT, MAX_GIF, MAX_TOTAL = 250_000, 120_000, 600_000, 3_600_000
+MAX_BYTES, MAX_SCREENSHOT, MAX_GIF, MAX_TOTAL = 250_000, 120_000, 600_000, 3_800_000
 SHOWN = re.compile(r"!\[[^\]]+\]\(pictures/([\w.]+)\)")
 
 

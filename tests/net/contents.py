@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import h5py
-import numpy as np
 
 from tests.net.digests import data, digest, text
 
-PACKED = re.compile(r'<script type="text/plain" id="packed-data">([^<]*)</script>')
+PACKED = re.compile(r'<script type="text/plain" id="data">([^<]*)</script>')
 # Attributes in which HDF5 itself keeps what belongs together.
 OF_HDF5 = ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME")
 
@@ -58,16 +57,7 @@ def report(path: Path, folder: Path) -> dict[str, Any]:
     inner = json.loads(gzip.decompress(b64decode(packed[1]))) if packed else None
     reader = _Texts()
     reader.feed(page)
-    return {"data": data(_unpacked(inner), folder), "text": text("\n".join(reader.lines()), folder)}
-
-
-def _unpacked(node: Any) -> Any:
-    """Return data with its arrays, which are base64 in the page, as digests."""
-    if isinstance(node, dict) and "array" in node:
-        return digest(np.frombuffer(b64decode(node["array"]), node["of"]).reshape(node["shape"]))
-    if isinstance(node, dict):
-        return {key: _unpacked(value) for key, value in node.items()}
-    return [_unpacked(value) for value in node] if isinstance(node, list) else node
+    return {"data": data(inner, folder), "text": text("\n".join(reader.lines()), folder)}
 
 
 class _Texts(HTMLParser):

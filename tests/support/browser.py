@@ -26,6 +26,9 @@ OPTIONS = [
 REQUIRED = "FRICTIONSIM_TESTS_NEED_BROWSER"
 
 
+LOADED = 180e3  # ms, of a page of some MB on a machine whose cores are taken
+
+
 @contextmanager
 def browser() -> Iterator[Any]:
     """Return the context with a browser; tests are skipped where there is none."""
@@ -49,6 +52,7 @@ def opened(browser: Any, file: Path, **options: Any) -> Iterator[Any]:
     Options are those of the page, as color_scheme="dark"; its scripts have started.
     """
     page = browser.new_page(**options)
+    page.set_default_timeout(LOADED)
     messages: list[str] = []
     requests: list[str] = []
     page.on("console", lambda message: messages.append(f"{message.type}: {message.text}"))
@@ -99,7 +103,7 @@ def set_time(page: Any, time: float) -> None:
     )
 
 
-def wait_until(page: Any, expression: str, seconds: float = 30.0) -> None:
+def wait_until(page: Any, expression: str, seconds: float = 120.0) -> None:
     """Wait until an expression is true in a page.
 
     Playwright's own `wait_for_function` evaluates text in the page, which a report forbids.

@@ -51,14 +51,44 @@ def report_of(source: Any) -> str:
 
 
 def data_of(page: str) -> Any:
-    """Return the data that the scripts of a page read, with its arrays."""
-    packed = re.search(r'id="packed-data">([^<]*)<', page)
+    """Return the data that the player of a page reads."""
+    packed = re.search(r'id="data">([^<]*)<', page)
     assert packed is not None
-    return json.loads(gzip.decompress(b64decode(packed[1])), object_hook=_as_array)
+    return json.loads(gzip.decompress(b64decode(packed[1])))
 
 
-def _as_array(data: dict[str, Any]) -> Any:
-    if "array" not in data:
-        return data
-    values = np.frombuffer(b64decode(data["array"]), dtype=f"<{data['of']}")
-    return values.reshape(data["shape"])
+def charts_of(page: str) -> dict[str, Any]:
+    """Return the traces and the layout of each chart of a page, by its id."""
+    charts, decoder = {}, json.JSONDecoder()
+    for begin in re.finditer(r'Plotly\.newPlot\(\s*"([^"]*)",\s*', page):
+        traces, end = decoder.raw_decode(page, begin.end())
+        start = page.index("{", end)
+        layout, _ = decoder.raw_decode(page, start)
+        charts[begin[1]] = ([_with_arrays(trace) for trace in traces], layout)
+    for figure in re.finditer(r'<script type="application/json" id="([^"]*)-figure">', page):
+        content, _ = decoder.raw_decode(page, figure.end())
+        charts[figure[1]] = (list(map(_with_arrays, content["data"])), content["layout"])
+    return charts
+
+
+def _with_arrays(trace: Any) -> Any:
+    """Return a trace with its arrays, which Plotly writes as base64, and their shapes."""
+    arrays = {name: v for name, v in trace.items() if isinstance(v, dict) and "bdata" in v}
+    shapes = {f"{name}_shape": v["shape"].split(",") for name, v in arrays.items() if "shape" in v}
+    numbers = {
+        name: np.frombuffer(b64decode(v["bdata"]), dtype=f"<{v['dtype']}").astype(float)
+        for name, v in arrays.items()
+    }
+    return trace | shapes | numbers
+
+
+def panels_of(page: str, chart: str = "charts") -> dict[str, Any]:
+    """Return the lines of each panel of a chart, by the title of the panel."""
+    traces, layout = charts_of(page)[chart]
+    titles = [each["text"] for each in layout["annotations"]]
+    numbers = {f"y{number}": title for number, title in enumerate(titles, start=2)}
+    panels: dict[str, Any] = {title: [] for title in titles}
+    for trace in traces:
+        if trace["mode"] == "lines":
+            panels[numbers[trace["yaxis"]]].append(trace)
+    return panels

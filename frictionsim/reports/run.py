@@ -5,27 +5,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.display import set_line, study_text, time_text, with_minus
+from frictionsim.display import event_colour, set_line, study_text, time_text, with_minus
 from frictionsim.document import Block, Cell, Table
-from frictionsim.reports.html import Html, escaped, folded, html, listed, region, section, table
-from frictionsim.reports.page import page
-from frictionsim.reports.run_charts import (
-    TimePool,
-    chart_data,
-    charts_of,
-    span_charts,
-    thinned,
-    undrawn,
-)
+from frictionsim.errors import InputError
+from frictionsim.motion import motion_of
+from frictionsim.reports.charts import figure_of, panels_of, thinned, undrawn
+from frictionsim.reports.drawing import Drawing
+from frictionsim.reports.html import Html, escaped, folded, html, listed, section, table
+from frictionsim.reports.page import chart, page
 from frictionsim.reports.run_tables import after_label, differences, event_cells, origins, summary
-from frictionsim.simulation.record import event_labels, sticking_phases, sticking_words
+from frictionsim.simulation.record import event_labels
 
 if TYPE_CHECKING:
     from frictionsim.reports.run_tables import ReportedRun
     from frictionsim.results import Transition
 
-BELT = "belt_drive"
-MAX_MARKS = 60  # events; marks of more would hide the lines
 MAX_STEPS = 4000  # of the clock
 
 
@@ -34,28 +28,19 @@ def run_report(runs: "Sequence[ReportedRun]") -> str:
     title = runs[0].title
     if len(runs) > 1:
         title = f"Comparison: {', '.join(dict.fromkeys(run.title for run in runs))}"
-    return page(title, _body(title, runs), data_of(runs))
-
-
-def _body(title: str, runs: "Sequence[ReportedRun]") -> Html:
-    head = f'<header>\n<h1>{escaped(title)}</h1>\n{overview(runs)}<div id="tools"></div></header>\n'
-    viewer = (
-        '<div id="viewer">\n<div id="stage">\n<div id="clock"></div>\n<div id="drawings"></div>\n'
-        f"{events(runs)}</div>\n"
-        '<section id="charts" aria-labelledby="charts-heading">\n'
-        '<h2 id="charts-heading">Channels over time</h2>\n'
-        '<p id="message" role="status"></p>\n'
-        f"{_without_charts(runs)}</section>\n</div>\n"
-    )
+    stage, data = _stage(runs)
     tables = [section("Summary", *filter(_has_rows, summary(runs)), name="summary")]
     if len(runs) > 1:
         tables.append(section("Differing keys", differences(runs), name="differences"))
-    origin = section("How it was made", origins(runs), name="origin")
-    about = "Made by frictionsim. This file is self-contained: it makes no network requests."
-    foot = f"<footer><p>{about}</p></footer>"
-    return Html(
-        f"{head}<main>\n{warnings(runs)}{viewer}"
-        f'<div id="tables">\n{"".join(tables)}</div>\n{scenarios(runs)}{origin}</main>\n{foot}'
+    return page(
+        title,
+        Html(
+            f"<header>\n<h1>{escaped(title)}</h1>\n{overview(runs)}</header>\n<main>\n"
+            f"{warnings(runs)}{stage}{CLOCK if data else ''}"
+            f'<div id="tables">\n{"".join(tables)}</div>\n{scenarios(runs)}'
+            f"{section('How it was made', origins(runs), name='origin')}</main>\n"
+        ),
+        data,
     )
 
 
@@ -63,51 +48,92 @@ def _has_rows(block: Block) -> bool:
     return not isinstance(block, Table) or bool(block.rows)
 
 
-def _without_charts(runs: "Sequence[ReportedRun]") -> str:
-    """Return the notes on channels without a chart, and for browsers without scripts."""
-    notes = (
-        "<noscript><p>Charts and drawing need scripts, which this browser does not run;"
-        " the tables do not.</p></noscript>\n"
-    )
-    names = list(dict.fromkeys(name for run in runs for name in undrawn(run)))
+CLOCK = Html(
+    '<div id="clock"><button type="button" id="back" title="to the event before: shift and left">'
+    "&lsaquo; event</button>"
+    '<button type="button" id="play" title="play or pause: space">play</button>'
+    '<button type="button" id="ahead" title="to the next event: shift and right">'
+    "event &rsaquo;</button>"
+    '<input type="range" id="time" aria-label="time" step="any">'
+    '<output id="shown"></output><label>speed <select id="speed"></select></label></div>\n'
+)
+
+
+def _stage(runs: "Sequence[ReportedRun]") -> tuple[Html, dict[str, Any]]:
+    """Return drawings and charts, and the data for the player; nothing without samples."""
+    shown = [run for run in runs if len(run.record.channels["time"])]
+    if not shown:
+        return events(runs), {}
+    drawings, frames = _drawings(shown)
+    records, labels = [run.record for run in shown], [run.label for run in shown]
+    panels = panels_of(records)
+    first, more = ([p for p in panels if p.first is seen] for seen in (True, False))
+    charts: str = chart(figure_of(first, records, labels), "charts")
+    if more:
+        rest = chart(figure_of(more, records, labels), "more", folded=True)
+        charts += f"<details><summary>More channels</summary>{rest}</details>"
+    names = list(dict.fromkeys(name for run in runs for name in undrawn(run.record)))
     if names:
-        words = (
-            f"{', '.join(names)}: of each body or joint, so not charted over time;"
-            " 'frictionsim show --csv' prints them."
-        )
-        notes += f'<p class="note" id="undrawn">{escaped(words)}</p>\n'
-    return notes
-
-
-def data_of(runs: "Sequence[ReportedRun]") -> dict[str, Any]:
-    """Return the data of a report, for the scripts of its page."""
-    times = TimePool()
-    more = []
-    if runs[0].attribute("kind") == BELT:
-        more = span_charts(runs)
-    charts = chart_data(charts_of(runs, more), times)
-    results = [_result_data(run, times) for run in runs]
-    return {"results": results, "charts": charts, "times": times.arrays}
-
-
-def _result_data(run: "ReportedRun", times: TimePool) -> dict[str, Any]:
-    record = run.record
-    time = np.asarray(record.channels["time"], dtype=float)
-    names = event_labels(record)
-    return {
-        "label": run.label,
-        "kind": run.attribute("kind"),
-        "motion": None,
-        "no_motion": "",
-        # A clock that goes from sample to sample needs no more of them than a line.
-        "steps": times.number(time[thinned(time, MAX_STEPS)]),
-        "sticking": [list(phase) for phase in sticking_phases(record)] if time.size else [],
-        "sticking_words": sticking_words(record),
-        "events": {
-            "time": np.asarray(record.events["time"], dtype=float),
-            "names": names if len(names) <= MAX_MARKS else [],
-        },
+        words = f"{', '.join(names)}: of each body or joint, so not charted over time;"
+        charts += f"<p class=\"note\">{escaped(words)} 'frictionsim show --csv' prints them.</p>"
+    steps = [np.asarray(record.channels["time"], dtype=float) for record in records]
+    marks = [np.asarray(record.events["time"], dtype=float) for record in records]
+    shown_steps = [time[thinned(time, MAX_STEPS)] for time in steps]
+    data = {
+        "steps": np.unique(np.concatenate(shown_steps)).tolist(),
+        "events": np.unique(np.concatenate(marks)).tolist(),
+        "drawings": frames,
     }
+    return Html(
+        f'<div id="viewer">\n<div id="stage">{drawings}{events(runs)}</div>\n'
+        f'<section id="channels">{charts}</section>\n</div>\n'
+    ), data
+
+
+def _drawings(runs: "Sequence[ReportedRun]") -> tuple[str, list[dict[str, Any]]]:
+    """Return the drawings with the table beside them, and their frames."""
+    figures, frames, rows = "", [], dict[str, list[str]]()
+    samples: dict[str, Html] = {}
+    for number, run in enumerate(runs):
+        label = f"<figcaption>{escaped(run.label)}</figcaption>" if run.label else ""
+        try:
+            motion = motion_of(run.record)
+            reason = f"There is no drawing of the kind {run.attribute('kind')}."
+        except InputError as error:
+            motion, reason = None, str(error)
+        if motion is None:
+            figures += f'<figure>{label}<p class="note">{escaped(reason)}</p></figure>'
+            continue
+        drawing = Drawing(motion, f"m{number}", f"The mechanism in motion {run.label}".strip())
+        look = "wide" if drawing.is_wide else "tall"
+        figures += f'<figure class="{look}">{label}{drawing.svg}</figure>'
+        tracks = list(map(list, drawing.tracks))
+        for row, (sample, name, values) in enumerate(drawing.rows):
+            cells = rows.setdefault(name, [""] * len(runs))
+            samples[name] = samples.get(name) or sample
+            if values:
+                own = f"v{number}-{row}"
+                cells[number] = f'<output id="{own}">{escaped(values[0])}</output>'
+                if len(set(values)) > 1:
+                    tracks.append([[own], "text", values])
+        frames.append({"time": motion.time.tolist(), "tracks": tracks})
+    return f'<div id="drawings">{figures}{_key(runs, rows, samples)}</div>', frames
+
+
+def _key(
+    runs: "Sequence[ReportedRun]", rows: dict[str, list[str]], samples: dict[str, Html]
+) -> str:
+    """Return the table of what is drawn, with sizes of forces and other numbers."""
+    if not rows:
+        return ""
+    heads = "".join(f'<th scope="col">{escaped(run.label)}</th>' for run in runs)
+    head = f"<thead><tr><td></td><td></td>{heads}</tr></thead>" if len(runs) > 1 else ""
+    body = "".join(
+        f'<tr><td>{samples[name]}</td><th scope="row">{escaped(name)}</th>'
+        f"{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>\n"
+        for name, cells in rows.items()
+    )
+    return f'<table id="key" aria-label="Key">{head}<tbody>{body}</tbody></table>'
 
 
 # By status a sign, so that not only the colour tells it, and what it means.
@@ -188,6 +214,7 @@ def warnings(runs: "Sequence[ReportedRun]") -> Html:
 
 
 MAX_EVENTS = 5000  # more make a page slow
+FIRST_EVENTS = 20  # that are seen; the others are folded away
 ANGLE_DIGITS = 6  # more make the table wider than its place beside the charts
 
 
@@ -208,16 +235,21 @@ def events(runs: "Sequence[ReportedRun]") -> Html:
     headings += ["result"] if len(runs) > 1 else []
     shown = [_cells(*row, len(headings)) for row in rows[:MAX_EVENTS]]
     caption = "Events; a button sets the clock to its time"
-    scrolled = region("scrolled", "Events", table(Table(headings, shown, caption)))
     more = [f"The first {MAX_EVENTS} of {count} events."] if count > MAX_EVENTS else []
-    return section(f"Events ({count})", scrolled, *more, name="events")
+    listing: str = table(Table(headings, shown[:FIRST_EVENTS], caption))
+    if len(shown) > FIRST_EVENTS:
+        rest = table(Table(headings, shown[FIRST_EVENTS:], "Events after these"))
+        words = f"{len(shown) - FIRST_EVENTS} more events"
+        listing += f"<details><summary>{words}</summary>{rest}</details>"
+    return section(f"Events ({count})", Html(listing), *more, name="events")
 
 
 def _cells(e: "Transition", name: str, label: str, columns: int) -> list[Cell]:
     """Return the cells of an event; of one without an angle, that is empty."""
     time = with_minus(time_text(e.time))
     button = f'<button type="button" data-time="{e.time!r}">{escaped(time)}</button>'
-    cells: list[Cell] = [Html(button), name, *event_cells(e, ANGLE_DIGITS)]
+    dot = f'<span class="dot" style="background:{event_colour(name)}"></span>'
+    cells: list[Cell] = [Html(button), Html(dot + escaped(name)), *event_cells(e, ANGLE_DIGITS)]
     ending = [label] if label else []
     return [*cells, *[""] * (columns - len(cells) - len(ending)), *ending]
 

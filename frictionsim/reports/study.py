@@ -1,12 +1,12 @@
 """The reports of studies: of a sweep, and of a work-precision study."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from frictionsim.display import labelled, set_line
-from frictionsim.document import Block, Cell, Document, Number, Picture, Table
+from frictionsim.document import Block, Cell, Document, Number, Table
 from frictionsim.io.cost_table import CostTable
 from frictionsim.io.sweep_table import DONE, STATUSES, SobolIndices, SweepTable
 from frictionsim.reports.html import (
@@ -14,12 +14,12 @@ from frictionsim.reports.html import (
     folded,
     listed,
     number,
-    picture,
     section,
     short,
     study_table,
 )
-from frictionsim.reports.page import study_page
+from frictionsim.reports.page import chart, study_page
+from frictionsim.reports.study_charts import cost_figure, sweep_figure
 from frictionsim.sweeps.design import SAMPLE
 from frictionsim.sweeps.sensitivity import indices_of
 from frictionsim.sweeps.statistics import (
@@ -85,9 +85,7 @@ CAPTIONS = {
 }
 
 
-def sweep_page(
-    sweep: SweepTable, parts: Document, source: str, pictures: Iterable[Picture] = ()
-) -> str:
+def sweep_page(sweep: SweepTable, parts: Document, source: str) -> str:
     """Return the HTML of the report of a sweep.
 
     Parameters
@@ -96,18 +94,17 @@ def sweep_page(
         Its summary.
     source : str
         Name of its file; empty if there is none.
-    pictures : iterable of Picture
-        Of its quantities over its keys.
     """
     title, *lines = parts
-    # The head of the page names the file.
-    summary = [part for part in lines if part != f"sweep: {source or 'none'}"]
+    # The head of the page names the file, and what was set.
+    told = (f"sweep: {source or 'none'}", set_line(sweep.attributes))
+    summary = [part for part in lines if part not in told]
     kept = kept_of(sweep)
     indices = indices_of_sample(sweep, kept)
     name = sweep.attributes["title"] or sweep.attributes["kind"]
     sections = (
         section("Summary", *map(_part, summary)),
-        section("Pictures", *(picture(each, not i) for i, each in enumerate(pictures))),
+        _chart(*sweep_figure(sweep)),
         *_indices(indices, list(sweep.coordinates)),
         section("Runs", *_left_out(sweep, kept), _runs(sweep, kept)),
         *_groups("Failures", sweep.texts, ("failure", "reason")),
@@ -116,6 +113,11 @@ def sweep_page(
     )
     heads = str(title), f"from {source}" if source else "", set_line(sweep.attributes)
     return study_page(f"{name}: sweep", heads, sections)
+
+
+def _chart(figure: Any, note: str) -> Html:
+    drawn = Html() if figure is None else chart(figure, "charts")
+    return section("Charts", drawn, short(note, 1000) if note else Html())
 
 
 def _part(part: Block) -> Block:
@@ -236,7 +238,7 @@ MAX_CELLS_OF_COSTS = 40_000  # in the page; a study has some hundred rows of twe
 MAX_NOTES, MAX_LINE = 10, 2000
 
 
-def cost_page(costs: CostTable, parts: Document, source: str, diagram: Picture) -> str:
+def cost_page(costs: CostTable, parts: Document, source: str) -> str:
     """Return the HTML of the report of a cost study.
 
     Parameters
@@ -245,7 +247,6 @@ def cost_page(costs: CostTable, parts: Document, source: str, diagram: Picture) 
         Its summary: a title, its references, the table of its settings, its recommendations.
     source : str
         Name of its file; empty if there is none.
-    diagram : Picture
     """
     title = f"{costs.title or costs.kind}: error against run time"
     failed = sum(row["status"] == "failed" for row in costs.rows)
@@ -261,7 +262,7 @@ def cost_page(costs: CostTable, parts: Document, source: str, diagram: Picture) 
     before, after = blocks[: blocks.index(table)], blocks[blocks.index(table) + 1 :]
     sections = (
         section("What to use", listed(map(short, after))),
-        section("Diagram", picture(diagram)),
+        _chart(*cost_figure(costs)),
         section("Settings", *(short(line, MAX_LINE) for line in before), *_settings(costs, table)),
     )
     return study_page(title, (title, *lines), sections)
