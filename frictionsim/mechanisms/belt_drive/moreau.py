@@ -694,7 +694,7 @@ def add_times(n: int, factor: float, u: Array, v: Array) -> None:
         v[k] += factor * u[k]
 
 
-@loop
+@part
 def eliminate(n: int, own: float, inv_mass: float, d: Dampers) -> None:
     """Solve the cyclic tridiagonal system for all columns [2]_.
 
