@@ -22,16 +22,17 @@ NEXT_TO_NONE = {"effects__axial_damping__coefficient": 1e-9, "effects__contact__
 
 def growth(z: complex) -> complex:
     """Return R(z) from the stages: one step of y' = z y from y = 1, with h = 1."""
-    y, stage, error = [1 + 0j], [0j], [0j]
-    k = [[z]]
-    for write in (rkf.stage_2, rkf.stage_3, rkf.stage_4, rkf.stage_5, rkf.stage_6):
-        write(1.0, y, *k, stage)  # type: ignore[operator]
-        k.append([z * stage[0]])
-    others = [k[0], *k[2:]]
-    rkf.error_estimate_5(1.0, *others, error)  # type: ignore[arg-type]
+    k1 = z
+    k2 = z * (1.0 + rkf.A21 * k1)
+    k3 = z * (1.0 + rkf.A31 * k1 + rkf.A32 * k2)
+    k4 = z * (1.0 + rkf.A41 * k1 + rkf.A42 * k2 + rkf.A43 * k3)
+    k5 = z * (1.0 + rkf.A51 * k1 + rkf.A52 * k2 + rkf.A53 * k3 + rkf.A54 * k4)
+    k6 = z * (1.0 + rkf.A61 * k1 + rkf.A62 * k2 + rkf.A63 * k3 + rkf.A64 * k4 + rkf.A65 * k5)
+    rates = (k1, k3, k4, k5, k6)
     weights = (rkf.B1, rkf.B3, rkf.B4, rkf.B5, rkf.B6)
-    y5 = y[0] + sum(b * rate[0] for b, rate in zip(weights, others, strict=True))
-    return y5 + rkf45.DISSIPATION * error[0]
+    errors = (rkf.E1, rkf.E3, rkf.E4, rkf.E5, rkf.E6)
+    y5 = 1.0 + sum(b * k for b, k in zip(weights, rates, strict=True))
+    return y5 + rkf45.DISSIPATION * sum(e * k for e, k in zip(errors, rates, strict=True))
 
 
 @given(st.complex_numbers(max_magnitude=5.0, allow_nan=False))

@@ -107,6 +107,9 @@ class Belt(NamedTuple):
         Bodies so near to a rim, or points to an arc, are looked at until the next search.
     stiffness, damping : float, N/m, N s/m
         Of a joint, along the belt.
+    obliquity : float
+        Up to which the damper of a joint acts in full, where fixed steps extrapolate velocities:
+        twice the largest sin^2 of its angles with its bodies.
     bending, bend_damping : float, 1/s^2, 1/s
         Of a joint, over the inertia of a body.
     gravity : float, m/s^2
@@ -149,6 +152,7 @@ class Belt(NamedTuple):
     skin: float
     stiffness: float
     damping: float | None
+    obliquity: float | None
     bending: float | None
     bend_damping: float | None
     gravity: float | None
@@ -250,6 +254,7 @@ def belt_of(scenario: "BeltDriveScenario", body_length: float) -> Belt:
         skin=(2.0 if guided else 1.0) * body_length,
         stiffness=stiffness,
         damping=damping,
+        obliquity=None,
         bending=None if bending is None else bending.rigidity / body_length / inertia,
         bend_damping=(bending.damping / body_length / inertia or None) if bending else None,
         gravity=None if effects.gravity is None else effects.gravity.g,

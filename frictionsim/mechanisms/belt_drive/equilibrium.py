@@ -59,7 +59,6 @@ MAX_NEWTON_STEPS, MAX_TENSIONS = 300, 40
 MAX_LENGTH_RATIO = 5.0
 # Bodies from the middle of the first arc to a centre: mirror images of themselves, and not.
 SYMMETRIC_PHASES, ASYMMETRIC_PHASE = (0.0, 0.5), 0.25
-NUDGE = 1e-8  # bodies: to which side a symmetric belt bulges is not left to rounding
 MIN_STRAIN_GUESS = 1e-4  # of a belt of given length
 TINY = 1e-30  # complex step over a length: nothing of it reaches the real part
 
@@ -207,8 +206,7 @@ class Search:
         """
         path, spacing, breakpoints = self._laid(tension)
         middle = 0.5 * (breakpoints[-2] + breakpoints[-1])
-        first = (middle + phase * spacing) % spacing + NUDGE * spacing
-        places = first + spacing * np.arange(self._bodies)
+        places = (middle + phase * spacing) % spacing + spacing * np.arange(self._bodies)
         line = path.at(np.interp(places, breakpoints, path.breakpoints))
         length = spacing / (1.0 + tension / self._rigidity)
         return np.concatenate([*line.position.T, line.angle * self._spacing, [length]])
@@ -258,8 +256,15 @@ class Search:
             values += [columns[-1, :-1], columns[-1]]
             rows += [last, np.arange(len(v))]
             of += [border, np.full(len(v), len(v) - 1)]
-        places = np.concatenate(rows), np.concatenate(of)
+        places = ring.place[np.concatenate(rows)], ring.place[np.concatenate(of)]
         return csc_matrix((np.concatenate(values), places), (len(v), len(v)))
+
+    def _solved(self, factors: Any, right: Array) -> Array:
+        """Solve a factorised system for a right-hand side by the unknowns."""
+        order = ring_of(self._bodies).order[: len(right)]
+        solution = np.empty_like(right)
+        solution[order] = factors.solve(right[order])
+        return solution
 
     # --- Newton's method ------------------------------------------------------------------------
 
@@ -270,7 +275,7 @@ class Search:
             return None
         here = self._energies(held, v)
         rounding = float_info.epsilon * float(np.sum(np.abs(here)))
-        step = factors.solve(-slope)
+        step = self._solved(factors, -slope)
         # The bodies turn on a curve: what the straight step has left is of second order, and a
         # second step with the same matrix takes it away.
         for again in (True, False):
@@ -278,7 +283,7 @@ class Search:
             if float(np.sum(self._energies(held, trial) - here)) <= rounding:
                 return trial
             if again:
-                step = step - factors.solve(self._slope(held, trial) + shift * step)
+                step = step - self._solved(factors, self._slope(held, trial) + shift * step)
         return None
 
     def _moved(self, held: Held, v: Array, step: Array) -> Array:
@@ -436,12 +441,18 @@ class Ring(NamedTuple):
         For x, y and angle of each body the number of the step, and that of the unknown.
     rows : (n, 9)
         The unknowns of the body and of both neighbours.
+    order, place : (3 n + 1,)
+        The unknowns in the order of the Hessian, and the place of each in it: body by body, those
+        of a ring folded flat, 0, n - 1, 1, n - 2, ..., so that the Hessian is a narrow band; last
+        the length.
     """
 
     colours: int
     direction: Indices
     unknown: Indices
     rows: Indices
+    order: Indices
+    place: Indices
 
 
 @lru_cache(maxsize=4)
@@ -452,9 +463,10 @@ def ring_of(n: int) -> Ring:
     colour[n - n % 3 :] = 3 + np.arange(n % 3)  # where the ring closes
     near = (body + np.array([-1, 0, 1])) % n
     rows = (near[:, :, None] + n * coordinate).reshape(n, 9)
-    return Ring(
-        int(colour.max()) + 1, 3 * colour[:, None] + coordinate, body + n * coordinate, rows
-    )
+    folded = np.argsort(np.minimum(2 * np.arange(n), 2 * (n - np.arange(n)) - 1))
+    order = np.append(folded[:, None] + n * coordinate, 3 * n)
+    direction, unknown = 3 * colour[:, None] + coordinate, body + n * coordinate
+    return Ring(int(colour.max()) + 1, direction, unknown, rows, order, np.argsort(order))
 
 
 def factorised(hessian: Any, shift: float) -> Any:
@@ -466,7 +478,7 @@ def factorised(hessian: Any, shift: float) -> Any:
     # Pivots on the diagonal make of LU the LDL^T of a symmetric matrix, with the signs of D in U.
     options = {"SymmetricMode": True}
     try:
-        factors = splu(shifted, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+        factors = splu(shifted, "NATURAL", diag_pivot_thresh=0.0, options=options)
     except RuntimeError:  # singular
         return None
     definite = np.all(factors.U.diagonal() > 0.0) and np.all(factors.perm_r == factors.perm_c)

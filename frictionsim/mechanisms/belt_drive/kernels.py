@@ -321,6 +321,7 @@ def pull(
     half: float,
     c: float,
     damping: float | None,
+    obliquity: float | None,
     at: Bodies,
     cos: Array,
     sin: Array,
@@ -344,7 +345,12 @@ def pull(
             rx = vx[k + 1] - vx[k] + (s0 * w0 + s1 * w1)
             ry = vy[k + 1] - vy[k] - (c0 * w0 + c1 * w1)
             dot = px * rx + py * ry
-            d = damping * dot / (px * px + py * py + TINY)
+            size = px * px + py * py
+            if obliquity is not None:
+                across0, across1 = px * s0 - py * c0, px * s1 - py * c1
+                steepest = max(across0 * across0, across1 * across1)
+                size = max(size, steepest * (2.0 / obliquity))
+            d = damping * dot / (size + TINY)
             if dx is not None and dy is not None:
                 dx[k], dy[k] = d * px, d * py
             px += d * px
@@ -400,7 +406,9 @@ def body_forces(
     at.phi[n] += b.turning
     turn(full, at.phi, at.spin, cos, sin, bend[1:], rate[1:])
     bend[0], rate[0], cos[n], sin[n] = bend[n], rate[n], cos[0], sin[0]
-    damped = pull(n, full, b.half, b.stiffness, b.damping, at, cos, sin, fx[1:], fy[1:], dx, dy)
+    damped = pull(
+        n, full, b.half, b.stiffness, b.damping, b.obliquity, at, cos, sin, fx[1:], fy[1:], dx, dy
+    )
     # Joint 0 is joint n; the parts of dampers as well, or the heat that fixed steps take is wrong.
     for row in range(FX, WORK_ROWS):
         work[row, 0] = work[row, n]
