@@ -1114,9 +1114,9 @@ MAX_CONTACT_PHASE = 0.4
 # Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.
 STIFF = 0.5
 # A joint without much tension may point anywhere; its damper then meets the small inertia of the
-# bodies that it turns, too much for extrapolation. Twice sin^2 of its angle with a body measures
-# that: 2 at most. Beyond what a step allows a damper is weakened in that measure; on pulleys the
-# joints of a coarse belt have up to this.
+# bodies that it turns, too much for extrapolation. Twice sin^2 of its angle with their mean
+# direction measures that, 2 at most. Beyond what a step allows a damper is weakened by as much;
+# where a step allows less than the other number, dampers are solved for.
 ALL_OBLIQUITIES, LEAST_OBLIQUITY = 2.0, 0.1
 # A damper that pulls with the force D along a joint of the tension T stiffens it across by D/T: its
 # direction turns. Steps are stable for omega h sqrt(1 + D/T) < 2, so the default ratio takes
