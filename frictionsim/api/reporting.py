@@ -265,6 +265,13 @@ def _reported(result: results.Result, label: str) -> "ReportedRun":
         effects = result.effects
     except InputError:  # of an old file whose scenario is not valid any more
         effects = ()
+    estimate = result._estimate
     return ReportedRun(
-        result.record, result.path, label, effects, result.errors, result.error_estimate
+        result.record,
+        result.path,
+        label,
+        effects,
+        result.errors,
+        result.error_estimate,
+        estimate.other_mesh if estimate else None,
     )

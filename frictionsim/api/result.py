@@ -112,6 +112,12 @@ class Result(ResultBase):
         return self._estimate.method if self._estimate else ""
 
     @property
+    def other_mesh(self) -> dict[str, float | None]:
+        """The quantities on the mesh that `error_estimate` names; empty where it names none."""
+        other = self._estimate.other_mesh if self._estimate else None
+        return other.values if other else {}
+
+    @property
     def audit(self) -> dict[str, Check]:
         """The checks of the self-audit by name, each with `value`, `limit` and `ok`."""
         return self.record.checks
@@ -287,7 +293,10 @@ class Result(ResultBase):
             yield overrides
         if self.quantities:
             digits = digits_of(self.kind, attributes["scenario"])
-            yield quantities_table([self.quantities], [self.errors], digits=[digits])
+            other = self._estimate.other_mesh if self._estimate else None
+            yield quantities_table(
+                [self.quantities], [self.errors], digits=[digits], others=[other]
+            )
         if self.errors:
             yield self.error_estimate
         if transitions := self.record.transitions:
@@ -302,7 +311,8 @@ class Result(ResultBase):
     def _json(self) -> dict[str, Any]:
         """Return the JSON of the command line.
 
-        With estimated errors each quantity has an `error`, and there is an `error_estimate`.
+        With estimated errors each quantity has an `error`, and there is an `error_estimate`; where
+        another mesh was solved, it has its value `on_other_mesh`.
         """
         attributes = self.record.attributes
         statistics = self.statistics
@@ -329,6 +339,8 @@ class Result(ResultBase):
         if self.error_estimate:
             for name, quantity in data["quantities"].items():
                 quantity["error"] = finite(self.errors.get(name))
+                if self.other_mesh:
+                    quantity["on_other_mesh"] = finite(self.other_mesh.get(name))
             data["error_estimate"] = self.error_estimate
         return data
 

@@ -176,7 +176,7 @@ class CostOptions(Options):
                 settings += study.mesh_settings(scenario, mesh, methods, laws)
         own_references = tuple(s._replace(mesh=own) for s in best) if own in meshes else ()
         most = max(mesh.bodies for mesh in meshes)
-        return Plan(settings, own_references, study.METRICS, study.limits(scenario, most))
+        return Plan(settings, own_references, study.MESH_METRICS, study.limits(scenario, most))
 
     def _meshes(self, kind: Any, scenario: "Scenario") -> list[Mesh]:
         """Return the meshes to compare, one model after the other; none for time steps only."""

@@ -15,7 +15,7 @@ folder itself exports
 and, to replace the defaults of `frictionsim.costs`, ladders(scenario, tolerances),
 references(scenario, rtol) and tighter(scenario): the settings of a study, its references, and the
 more accurate setting of `solve --estimate-error`. A kind with a mesh may have mesh_study, with what
-`belt_drive.mesh_study` has: a study then compares meshes, too.
+`belt_drive.study` has: a study then compares meshes, too.
 
 A mechanism of one coordinate composes its equations from the effects of the scenario in
 build(scenario). `single_dof` has the parts that all of them share: the base of the scenario, the

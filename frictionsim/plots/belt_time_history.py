@@ -269,8 +269,7 @@ def mean_spans(result: "Record") -> Any:
     """Return the mean tension of each span as in the summary, N."""
     last = np.flatnonzero(averaged_part(result))
     tension, touched = result.channels["tension"], result.channels["pulley_index"]
-    count = len(pulleys_of(result))
-    spans = np.array([span_tensions(tension[k], touched[k], count) for k in last])
+    spans = span_tensions(tension[last], touched[last], len(pulleys_of(result)))
     return time_mean(result.channels["time"][last], spans)
 
 

@@ -330,9 +330,7 @@ def _lines(run: "ReportedRun", number: int) -> list[ChartLine]:
     tension, touched = (record.channels[name][samples] for name in NEEDED)
     if np.max(touched, initial=-1) >= len(names):
         return []
-    spans = np.array(
-        [span_tensions(*sample, len(names)) for sample in zip(tension, touched, strict=True)]
-    )
+    spans = span_tensions(tension, touched, len(names))
     return [
         line(
             "tension",

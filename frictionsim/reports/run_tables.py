@@ -19,9 +19,12 @@ from frictionsim.results import Check, Quantities, Quantity, Transition
 from frictionsim.scenario.kinds import KINDS, KINDS_WITH_MESH, mechanism_module
 
 if TYPE_CHECKING:
+    from frictionsim.costs.error_estimate import OtherMesh
     from frictionsim.results import Record
 
 Errors = Mapping[str, float | None]
+# Belts at rest on two meshes have the same pretension to some 1e-10.
+SAME_ON_MESHES = 1e-8
 ALONE = ("",)  # the labels of a single result
 AUDIT = (">value", ">limit", "verdict")
 
@@ -42,6 +45,8 @@ class ReportedRun(NamedTuple):
         The estimated error by quantity; empty if they were not estimated.
     error_estimate : str
         How they were estimated.
+    other_mesh : OtherMesh or None
+        The quantities on another mesh, if they were sought.
     """
 
     record: "Record"
@@ -50,6 +55,7 @@ class ReportedRun(NamedTuple):
     effects: tuple[str, ...] = ()
     errors: Mapping[str, float | None] = {}
     error_estimate: str = ""
+    other_mesh: "OtherMesh | None" = None
 
     def attribute(self, name: str) -> str:
         """Return a root attribute of its file; empty if it has none of that name."""
@@ -94,7 +100,9 @@ def summary(runs: Sequence[ReportedRun]) -> Iterator[Block]:
     records = [run.record for run in runs]
     errors = [run.errors for run in runs]
     digits = [digits_of(run.attribute("kind"), run.attribute("scenario")) for run in runs]
-    yield quantities_table([record.quantities for record in records], errors, labels, digits)
+    others = [run.other_mesh for run in runs]
+    quantities = [record.quantities for record in records]
+    yield quantities_table(quantities, errors, labels, digits, others)
     for run in runs:
         if run.errors and run.error_estimate:
             yield after_label(run, run.error_estimate)
@@ -144,6 +152,7 @@ def quantities_table(
     errors: Sequence[Errors] = ({},),
     labels: Sequence[str] = ALONE,
     digits: Sequence[Digits] = (lambda name, value: DIGITS,),
+    others: "Sequence[OtherMesh | None]" = (None,),
 ) -> Table:
     """Return the quantities of results with their units, and the difference of two.
 
@@ -155,27 +164,41 @@ def quantities_table(
         The name of each result; empty of a single one.
     digits : sequence of Digits
         Of each result, where the estimated error does not tell them.
+    others : sequence of OtherMesh or None
+        The quantities of each result on another mesh.
     """
     headings = ["quantity"]
-    for label, known in zip(labels, errors, strict=True):
+    for label, known, other in zip(labels, errors, others, strict=True):
         headings.append(f">{label or 'value'}")
         headings += [f">error{_of(label)}"] if known else []
+        headings += [f">{other.name}{_of(label)}"] if other else []
     headings += [f">{labels[1]} less {labels[0]}"] if len(results) == 2 else []
     rows = []
     for name in dict.fromkeys(name for quantities in results for name in quantities):
         compared = [quantities.get(name) for quantities in results]
         cells = [name]
-        for quantity, known, digit in zip(compared, errors, digits, strict=True):
+        for quantity, known, digit, other in zip(compared, errors, digits, others, strict=True):
             value = None if quantity is None else quantity.value
             count = DIGITS if value is None else digit(name, value)
             text = quantity_text(value, known.get(name), count)
             cells.append("" if quantity is None else text)
             cells += [error_text(known.get(name))] if known else []
+            cells += [_on_other_mesh(value, text, other.values.get(name))] if other else []
         cells += [_difference(*compared)] if len(compared) == 2 else []
         # Files of several versions may have several units.
         units = dict.fromkeys(quantity.unit for quantity in compared if quantity is not None)
         rows.append((*cells, " or ".join(units)))
     return Table([*headings, "unit"], rows, "Quantities")
+
+
+def _on_other_mesh(value: float | None, shown: str, other: float | None) -> str:
+    """Return a quantity on another mesh, in the digits that the difference bears."""
+    if other is None:
+        return ""
+    difference = None if value is None else abs(other - value)
+    if difference is not None and difference <= SAME_ON_MESHES * abs(other):
+        return shown
+    return quantity_text(other, difference)
 
 
 def _of(label: str) -> str:

@@ -70,18 +70,13 @@ class Pair(NamedTuple):
     ----------
     fixed_step : bool
         It accepts a fixed step size, `solver.step`.
-    module : str
-        Of belts, the module of the stepper.
     """
 
     fixed_step: bool = False
-    module: str = ""
 
 
 Pairs = Mapping[tuple[str, str], Pair]
 """Pairs by (law, method), in the order of recommendation."""
-
-_STEPPERS = "frictionsim.mechanisms.belt_drive.steppers."
 
 SINGLE_DOF: Pairs = {
     (SET_VALUED, "events"): Pair(),
@@ -96,10 +91,10 @@ SINGLE_DOF: Pairs = {
 EVENTS_ONLY: Pairs = {(SET_VALUED, "events"): Pair()}
 
 BELT: Pairs = {
-    (SET_VALUED, "rkf45"): Pair(module=_STEPPERS + "rkf45"),
-    (SET_VALUED, "moreau"): Pair(True, _STEPPERS + "moreau"),
-    (REGULARISED, "rkf45"): Pair(module=_STEPPERS + "rkf45"),
-    (CREEP, "rkf45"): Pair(module=_STEPPERS + "rkf45"),
+    (SET_VALUED, "rkf45"): Pair(),
+    (SET_VALUED, "moreau"): Pair(fixed_step=True),
+    (REGULARISED, "rkf45"): Pair(),
+    (CREEP, "rkf45"): Pair(),
 }
 
 

@@ -45,7 +45,7 @@ class Simulation(Protocol):
         """
 
     def prepare(self, monitor: "RunMonitor") -> float:
-        """Prepare the next step; called before `solve` and after `restore`.
+        """Prepare the first step; called before `solve` and after `restore`.
 
         Parameters
         ----------
@@ -69,20 +69,14 @@ class Simulation(Protocol):
         None if it has none. `monitor` is as for `prepare`.
         """
 
-    def solve(self, on_step: Callable[[float], Any]) -> bool | None:
-        """Integrate on, from the start, from a restored state or from where the last call ended.
+    def solve(self, on_step: Callable[[float], Any]) -> None:
+        """Integrate to the end, from the start or from a restored state.
 
         Parameters
         ----------
         on_step : callable
             Called with the time between steps. It may call `state`, `statistics` and `observe`,
             and raise BudgetExceeded or Interrupted.
-
-        Returns
-        -------
-        bool or None
-            True if `prepare` and `solve` are to be called again: kernels are needed that were not
-            needed so far. Else this is the end.
 
         Raises
         ------

@@ -83,10 +83,9 @@ class CoordinateSimulation:
         """Return None: nothing is compiled."""
         return None
 
-    def solve(self, on_step: Callable[[float], Any]) -> bool:
+    def solve(self, on_step: Callable[[float], Any]) -> None:
         """Integrate to the end; see `Simulation.solve`."""
         self._solver.run(on_step)
-        return False
 
     def statistics(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and their evaluations of the right-hand side so far."""

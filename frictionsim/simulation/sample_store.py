@@ -29,16 +29,21 @@ class SampleStore:
 
     def append(self, values: Mapping[str, Any]) -> None:
         """Add a sample."""
-        if not self._arrays:
-            self._arrays = {n: np.empty((MIN_CAPACITY, *np.shape(v))) for n, v in values.items()}
-        if self._count == len(self._arrays["time"]):
-            self._make_room()
-        for name, value in values.items():
-            self._arrays[name][self._count] = value
-        self._count += 1
+        self.extend({name: np.asarray(value)[None] for name, value in values.items()})
 
-    def _make_room(self) -> None:
-        larger = int(GROWTH * self._count) + 1
+    def extend(self, values: Mapping[str, Any]) -> None:
+        """Add samples, (m, ...)."""
+        end = self._count + len(values["time"])
+        if not self._arrays:
+            self._arrays = {n: np.empty((MIN_CAPACITY, *v.shape[1:])) for n, v in values.items()}
+        if end > len(self._arrays["time"]):
+            self._make_room(end)
+        for name, some in values.items():
+            self._arrays[name][self._count : end] = some
+        self._count = end
+
+    def _make_room(self, needed: int) -> None:
+        larger = max(int(GROWTH * self._count) + 1, needed)
         for name, before in self._arrays.items():
             # One array after the other, so that two copies of all are never needed.
             self._arrays[name] = np.empty((larger, *before.shape[1:]))

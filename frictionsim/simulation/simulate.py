@@ -107,7 +107,7 @@ class _Termination(NamedTuple):
 def run(
     scenario: "Scenario",
     on_step: "Callable[[float], Any]",
-    on_checkpoint: "Callable[[Record], bool] | None" = None,
+    on_checkpoint: "Callable[[Record], Any] | None" = None,
     checkpoint: "dict[str, Any] | None" = None,
     max_steps: int | None = None,
     sample_times: "Sequence[float] | None" = None,
@@ -122,8 +122,7 @@ def run(
         Interrupted.
     on_checkpoint : callable, optional
         Called with the results so far every `output.checkpoint` seconds of wall time, 60 if that
-        is absent, and before kernels are compiled in the middle of a run; returns whether they are
-        written.
+        is absent.
     checkpoint : dict of arrays, optional
         State of an earlier run of the scenario to resume from; it is emptied, to be no second copy.
     max_steps : int, optional
@@ -149,12 +148,11 @@ def run(
     if checkpoint is not None:
         LOG.info("the run is resumed")
         _restore(simulation, clock, checkpoint, scenario)
-    monitor, keep = monitor_of(on_step), _keep_nothing
-    on_step = _watching_memory(on_step)
+    monitor, on_step = monitor_of(on_step), _watching_memory(on_step)
     if on_checkpoint is not None:
         keep = partial(_keep, scenario, simulation, on_checkpoint, clock)
-        on_step = _with_checkpoints(scenario, simulation, on_step, keep, clock)
-    outcome = _solve(simulation, monitor, on_step, keep, clock)
+        on_step = _with_checkpoints(scenario, on_step, keep, clock)
+    outcome = _solve(simulation, monitor, on_step, clock)
     done = _run_of(scenario, simulation, outcome, clock)
     log_end(done)
     return done
@@ -176,7 +174,7 @@ def summary_of_run(scenario: "Scenario", monitor: RunMonitor) -> RunSummary:
     with overflow_refused():
         simulation: Simulation = mechanism_module(scenario.kind).simulation(scenario)
     check_memory(scenario, simulation, {})
-    outcome = _solve(simulation, monitor, _watching_memory(monitor), _keep_nothing, _Clock())
+    outcome = _solve(simulation, monitor, _watching_memory(monitor), _Clock())
     data = simulation.observe()
     status, reason, failure, _ = _judged(outcome, data)
     warnings, quantities = _warnings(scenario, simulation, data), defined(data.quantities)
@@ -203,24 +201,20 @@ def _restore(
     checkpoint.clear()
 
 
-def _keep_nothing(t: float) -> bool:
-    """Return that nothing of the run is on the disk."""
-    return False
-
-
 def _keep(
     scenario: "Scenario",
     simulation: "Simulation",
-    on_checkpoint: "Callable[[Record], bool]",
+    on_checkpoint: "Callable[[Record], Any]",
     clock: _Clock,
     t: float,
-) -> bool:
-    """Write a checkpoint at a time of the run, and return whether it is written."""
+) -> None:
+    """Write a checkpoint at a time of the run."""
     reason = f"checkpoint at t = {t:.9g} s"
     outcome = _Termination("interrupted", reason, resumable=True)
     record = _run_of(scenario, simulation, outcome, clock)
     # With a number that is not finite the run will fail, and there is nothing to continue.
-    return record.status == "interrupted" and on_checkpoint(record)
+    if record.status == "interrupted":
+        on_checkpoint(record)
 
 
 def _watching_memory(on_step: "Callable[[float], Any]") -> "Callable[[float], Any]":
@@ -236,9 +230,8 @@ def _watching_memory(on_step: "Callable[[float], Any]") -> "Callable[[float], An
 
 def _with_checkpoints(
     scenario: "Scenario",
-    simulation: "Simulation",
     on_step: "Callable[[float], Any]",
-    keep: "Callable[[float], bool]",
+    keep: "Callable[[float], Any]",
     clock: _Clock,
 ) -> "Callable[[float], Any]":
     """Return an `on_step` that also writes checkpoints.
@@ -267,29 +260,17 @@ def _solve(
     simulation: "Simulation",
     monitor: RunMonitor,
     on_step: "Callable[[float], Any]",
-    keep: "Callable[[float], bool]",
     clock: _Clock,
 ) -> _Termination:
-    latest = 0.0
-
-    def step(t: float) -> None:
-        nonlocal latest
-        latest = t
-        on_step(t)
-
     try:
-        unprepared: bool | None = True
-        while unprepared:
-            clock.compiling += simulation.prepare(monitor)
-            LOG.info("the run starts")
-            clock.start()
-            try:
-                unprepared = simulation.solve(step)
-            finally:
-                clock.stop()
-            # A signal or a limit ends a compilation, and all, at once.
-            if unprepared and not keep(latest):
-                monitor = RunMonitor()  # which ignores a signal until the compilation has ended
+        # A signal or a limit ends a compilation, and all, at once.
+        clock.compiling += simulation.prepare(monitor)
+        LOG.info("the run starts")
+        clock.start()
+        try:
+            simulation.solve(on_step)
+        finally:
+            clock.stop()
     except Interrupted as stop:
         return _Termination("interrupted", str(stop), resumable=True)
     except SolverError as error:

@@ -5,7 +5,7 @@ sources that go into kernels. Kernels with functions from elsewhere are not kept
 """
 
 import gc
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
@@ -34,12 +34,10 @@ def build_name() -> str:
 
 
 @cache
-def folder_of(functions: frozenset[Callable[..., Any]]) -> Path | None:
-    """Return the folder that keeps the code of functions; None if none can be kept."""
+def folder_of_build() -> Path | None:
+    """Return the folder that keeps the kernels of this build; None if they cannot be kept."""
     from frictionsim.solvers.kernel_folder import usable_folder
 
-    if not all(function.__module__.startswith("frictionsim.") for function in functions):
-        return None
     name = build_name()
     return usable_folder(name) if name else None
 
@@ -55,17 +53,6 @@ def kept_in(folder: Path | None) -> dict[str, Any]:
     config: Any = import_module("numba").config
     config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = str(folder), ""
     return {"cache": True}
-
-
-def compiler_of_parts(name: str = "PartCompiler") -> Any:
-    """Return a compiler of parts; numba's own one where its insides are not those we know."""
-    try:
-        from frictionsim.solvers import compiled_parts
-    except (ImportError, AttributeError):
-        from numba.core.compiler import Compiler
-
-        return Compiler
-    return getattr(compiled_parts, name)
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from frictionsim.results import Record
 from frictionsim.solvers import runge_kutta_fehlberg as rkf
-from tests.support.belt_kernels import BeltModel, assemble, kinematics_of, rkf45
+from tests.support.belt_kernels import BeltModel, assemble, compiled, rkf45, stepper_of
 from tests.support.belt_scenarios import pair, scenario_of, shipped
 from tests.support.belt_waves import waves
 from tests.support.cases import one_in, slow
@@ -22,16 +22,17 @@ NEXT_TO_NONE = {"effects__axial_damping__coefficient": 1e-9, "effects__contact__
 
 def growth(z: complex) -> complex:
     """Return R(z) from the stages: one step of y' = z y from y = 1, with h = 1."""
-    y, stage, error = [1 + 0j], [0j], [0j]
-    k = [[z]]
-    for write in (rkf.stage_2, rkf.stage_3, rkf.stage_4, rkf.stage_5, rkf.stage_6):
-        write(1.0, y, *k, stage)  # type: ignore[operator]
-        k.append([z * stage[0]])
-    others = [k[0], *k[2:]]
-    rkf.error_estimate_5(1.0, *others, error)  # type: ignore[arg-type]
+    k1 = z
+    k2 = z * (1.0 + rkf.A21 * k1)
+    k3 = z * (1.0 + rkf.A31 * k1 + rkf.A32 * k2)
+    k4 = z * (1.0 + rkf.A41 * k1 + rkf.A42 * k2 + rkf.A43 * k3)
+    k5 = z * (1.0 + rkf.A51 * k1 + rkf.A52 * k2 + rkf.A53 * k3 + rkf.A54 * k4)
+    k6 = z * (1.0 + rkf.A61 * k1 + rkf.A62 * k2 + rkf.A63 * k3 + rkf.A64 * k4 + rkf.A65 * k5)
+    rates = (k1, k3, k4, k5, k6)
     weights = (rkf.B1, rkf.B3, rkf.B4, rkf.B5, rkf.B6)
-    y5 = y[0] + sum(b * rate[0] for b, rate in zip(weights, others, strict=True))
-    return y5 + rkf45.DISSIPATION * error[0]
+    errors = (rkf.E1, rkf.E3, rkf.E4, rkf.E5, rkf.E6)
+    y5 = 1.0 + sum(b * k for b, k in zip(weights, rates, strict=True))
+    return y5 + rkf45.DISSIPATION * sum(e * k for e, k in zip(errors, rates, strict=True))
 
 
 @given(st.complex_numbers(max_magnitude=5.0, allow_nan=False))
@@ -77,18 +78,18 @@ def scaled_norm(model: BeltModel, error: "np.ndarray[Any, np.dtype[np.float64]]"
 
     The error of a step of which all rates but the sixth are zero is E6 h times that one.
     """
-    settings = scenario_of(pair(solver__rtol=0.5)).solver
-    stepper = rkf45.RKF45Stepper(model, settings)
+    s = stepper_of(model, scenario_of(pair(solver__rtol=0.5)))._state
     finite = np.isfinite(model.error_scales)
-    stepper._state.k[5][finite] = error[finite] * model.error_scales[finite] / rkf.E6
-    return 0.5 * float(rkf45.error_norm(1.0, stepper._state))
+    s.k5[finite] = error[finite] * model.error_scales[finite] / rkf.E6
+    norm = compiled(rkf45.error_norm)
+    return 0.5 * float(norm(1.0, s.k0, s.k2, s.k3, s.k4, s.k5, s.inv_scale))
 
 
 @pytest.mark.parametrize("bodies", [24, 60, 1200])
 def test_an_error_at_one_place_counts_in_full_at_every_mesh(bodies: int) -> None:
     model = assemble(scenario_of(pair(mechanism__belt__bodies=bodies)))
     error = np.zeros_like(model.state)
-    kinematics_of(error, model.system.layout)[0, bodies // 2] = 0.7
+    model.belt.kinematics(error)[0, bodies // 2] = 0.7
     assert scaled_norm(model, error) == pytest.approx(0.7, rel=1e-12)
     # n^(1/16) of n states that err alike: 1.8 at most of 7200.
     assert 1.0 <= scaled_norm(model, np.ones_like(model.state)) < 1.8
@@ -104,7 +105,7 @@ def test_an_error_that_is_no_number_is_no_small_one() -> None:
 def test_a_step_after_a_rejected_one_is_no_longer() -> None:
     """Its error said that the step before was too long, whatever a kink then makes of it."""
     scenario = scenario_of(pair(solver__rtol=1e-7))
-    stepper = rkf45.RKF45Stepper(assemble(scenario), scenario.solver)
+    stepper = stepper_of(assemble(scenario), scenario)
     stepper.start()
     after_rejection: list[float] = []
     while len(after_rejection) < 20:
@@ -133,7 +134,7 @@ def test_a_belt_without_dampers_keeps_its_energy_and_tensions(rtol: float) -> No
 
 def longest_steps(data: dict[str, Any]) -> float:
     """Return the steps of omega h = 4 for the duration, omega that of the fastest waves."""
-    frequency, _ = assemble(scenario_of(data)).max_frequency_and_decay
+    frequency = assemble(scenario_of(data)).max_frequency
     return float(data["solver"]["duration"]) * frequency / 4.0
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.support.belt_kernels import assemble
+from tests.support.belt_kernels import MU_S, assemble
 from tests.support.belt_scenarios import every_effect, pair, scenario_of
 from tests.support.scenarios import Scenario
 
@@ -11,19 +11,19 @@ from tests.support.scenarios import Scenario
 @pytest.mark.parametrize("data", [pair(), every_effect()], ids=["pair", "trio"])
 def test_the_belts_rest_on_all_their_pulleys(data: Scenario) -> None:
     model = assemble(scenario_of(data))
-    touching = np.bincount(model.equilibrium.pulley[model.equilibrium.pulley >= 0])
+    touching = np.bincount(model.rest.pulley[model.rest.pulley >= 0])
     assert len(touching) == len(data["mechanism"]["pulleys"])
     assert np.all(touching >= 3)
     # Contact damping is neither nearly absent nor in full at the depth of rest.
-    depth = model.equilibrium.normal_force.max() / data["effects"]["contact"]["c2"]
+    depth = model.rest.normal_force.max() / data["effects"]["contact"]["c2"]
     assert 0.1e-3 < depth < 1e-3
 
 
 def test_the_belt_on_three_pulleys_has_every_effect() -> None:
     scenario = scenario_of(every_effect())
     assert all(effect is not None for _, effect in scenario.effects)
-    effects = assemble(scenario).system.effects
-    assert [name for name in effects._fields if getattr(effects, name) is None] == ["patch"]
-    law = effects.belt_friction
-    assert (law.regularised, law.creep) == (None, None)
-    assert None not in (law.set_valued, effects.axial_damping.damping, effects.contact.damping)
+    belt = assemble(scenario).belt
+    absent = {name for name in belt._fields if getattr(belt, name) is None}
+    # Obliquity is of steps of a fixed length.
+    assert absent == {"transition", "creep", "creep_time", "obliquity", "line"}
+    assert np.any(belt.con[MU_S, :, : belt.n] == scenario.effects.patch.mu_s)

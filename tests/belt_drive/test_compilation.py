@@ -18,12 +18,9 @@ import pytest
 from frictionsim.api.result import Result
 from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.errors import Interrupted
-from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
-from frictionsim.mechanisms.belt_drive.kernels.jit import BeltKernel, announce_compilation
-from frictionsim.mechanisms.belt_drive.model import assemble
-from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
+from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive, announce_compilation
 from frictionsim.simulation.monitor import RunMonitor
-from frictionsim.simulation.simulate import run
+from tests.support.belt_kernels import assemble, moreau, rkf45, stepper_of
 from tests.support.belt_scenarios import COMPILED, NO_MOTION_ACROSS, STEPS, pair, scenario_of
 from tests.support.cases import one_in
 from tests.support.old_results import old_result
@@ -80,22 +77,10 @@ def test_it_is_said_without_a_terminal_but_not_to_the_quiet(
     assert signal.set_wakeup_fd(before) == before
 
 
-class NotedKernel(BeltKernel):
-    """A kernel that notes what Python calls it with; to other kernels it is the kernel itself."""
-
-    def __init__(self, kernel: BeltKernel, note: Callable[..., None]) -> None:
-        self.__dict__.update(kernel.__dict__)
-        self._note = note
-
-    def __call__(self, *arguments: Any) -> Any:
-        self._note(*arguments)
-        return super().__call__(*arguments)
-
-
 class Calls:
     """Records the argument types of kernels called from Python: each is compiled for."""
 
-    ENTRIES: ClassVar = {rkf45: ("advance",), moreau: ("integrate",)}
+    ENTRIES: ClassVar = {rkf45: ("advance",), moreau: ("integrate_plane", "integrate_line")}
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.seen: set[tuple[str, ...]] = set()
@@ -103,11 +88,12 @@ class Calls:
             for name in names:
                 monkeypatch.setattr(module, name, self._noting(name, getattr(module, name)))
 
-    def _noting(self, name: str, kernel: BeltKernel) -> BeltKernel:
-        def note(*arguments: Any) -> None:
+    def _noting(self, name: str, kernel: Callable[..., Any]) -> Callable[..., Any]:
+        def noted(*arguments: Any) -> Any:
             self.seen.add((name, *(str(numba.typeof(argument)) for argument in arguments)))
+            return kernel(*arguments)
 
-        return NotedKernel(kernel, note)
+        return noted
 
 
 @pytest.mark.usefixtures("uncompiled")
@@ -182,14 +168,13 @@ def test_to_prepare_changes_no_bit_of_a_run(name: str) -> None:
     def end(times: int) -> dict[str, Any]:
         scenario = scenario_of(COMPILED[name])
         model = assemble(scenario)
-        module = {"rkf45": rkf45, "moreau": moreau}[scenario.solver.backend]
-        stepper = module.STEPPER(model, scenario.solver)
+        stepper = stepper_of(model, scenario)
         stepper.start()
         stepper.advance(1.0, 1.0, STEPS)
         for _ in range(times):
-            stepper.prepare()
+            stepper.compile()
         stepper.advance(1.0, 1.0, STEPS)
-        return {**stepper.checkpoint_arrays(), "work": np.array(stepper.statistics)}
+        return {**stepper.arrays(), "work": np.array(stepper.statistics)}
 
     prepared, plain = end(2), end(0)
     for part, values in plain.items():
@@ -240,31 +225,3 @@ def test_a_signal_ends_a_compilation_at_once(
     assert sorted(os.listdir(tmp_path)) == ["a.h5", "cache"]
     # Had it been waited for, the kernels would be on the disk.
     assert not list(cache.rglob("*advance*"))
-
-
-@pytest.mark.parametrize("is_kept", [True, False])
-def test_a_compilation_in_the_middle_of_a_run_may_be_ended_if_its_samples_are_kept(
-    is_kept: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A signal ends it, and the process, at once."""
-    prepare, due, kept = BeltDrive.prepare, [0.0, 0.004], []
-    told: list[tuple[int, bool]] = []
-
-    monitor = RunMonitor()
-
-    def noted(self: BeltDrive, given: RunMonitor) -> float:
-        told.append((len(kept), given is monitor))
-        due.pop(0)
-        return prepare(self, given)
-
-    def keep(part: Any) -> bool:
-        kept.append(part.time[-1])
-        return is_kept
-
-    monkeypatch.setattr(BeltDrive, "prepare", noted)
-    is_due = property(lambda self: not due or self.t < due[0])
-    monkeypatch.setattr(moreau.MoreauStepper, "prepared", is_due)
-    done = run(scenario_of(pair(solver__backend="moreau", solver__duration=0.01)), monitor, keep)
-    assert done.status == "done"
-    assert told == [(0, True), (1, is_kept)]
-    assert 0.0 < kept[0] < 0.01

@@ -4,78 +4,28 @@ import ast
 import sys
 from inspect import getsource as source_of
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.kernels import jit
-from frictionsim.mechanisms.belt_drive.model import assemble
-from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
 from frictionsim.solvers.compilation import build_name
+from tests.support.belt_kernels import assemble, stepper_of
 from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of
 from tests.support.scenarios import Scenario, run_anew
-
-
-class Line(NamedTuple):
-    """A kinematics of one number."""
-
-    rise: float
-
-
-class Circle(NamedTuple):
-    """Another, with a field of the same type."""
-
-    radius: float
-
-
-@pytest.fixture
-def heights(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """A kernel that chooses another one, and is no part of this build.
-
-    The folder of a build is named by its kernels: with these among them, no command that a test
-    starts would find a kernel that the tests have compiled.
-    """
-    monkeypatch.setattr(jit, "_functions", set())
-    monkeypatch.setattr(jit, "_folder", lambda: None)  # numba keeps no functions within functions
-
-    @jit.inline_kernel
-    def on_line(line: Line, x: float) -> float:
-        return line.rise * x
-
-    @jit.inline_kernel
-    def on_circle(circle: Circle, x: float) -> float:
-        return circle.radius + x
-
-    height = jit.KernelChoice({Line: on_line, Circle: on_circle})
-
-    @jit.kernel
-    def heights(at: tuple[Line | Circle, float], x: float) -> float:
-        return at[1] * height(at[0], x)
-
-    return heights
-
-
-@pytest.mark.parametrize(("curve", "expected"), [(Line(3.0), 24.0), (Circle(3.0), 20.0)])
-def test_the_class_of_a_named_tuple_chooses_a_kernel(
-    curve: Line | Circle, expected: float, heights: Any
-) -> None:
-    assert heights((curve, 4.0), 2.0) == expected
-    assert heights.py_func((curve, 4.0), 2.0) == expected
 
 
 def ends(data: Scenario) -> dict[str, Any]:
     """Return all that the next step depends on after a few steps from a start with some motion."""
     scenario = scenario_of(data)
     model = assemble(scenario)
-    width, n = model.system.layout.width, model.system.chain.bodies
+    width, n = model.belt.width, model.belt.n
     model.state[3 * width : 3 * width + n] = 0.05 * np.sin(np.arange(n))
-    module = {"rkf45": rkf45, "moreau": moreau}[scenario.solver.backend]
-    stepper = module.STEPPER(model, scenario.solver)
+    stepper = stepper_of(model, scenario)
     stepper.start()
     stepper.advance(1.0, 1.0, STEPS)
     inside = stepper.interpolate(0.3 * stepper.t)
-    arrays = {name: np.array(array) for name, array in stepper.checkpoint_arrays().items()}
+    arrays = {name: np.array(array) for name, array in stepper.arrays().items()}
     return {**arrays, "inside": inside, "work": list(stepper.statistics)}
 
 
@@ -86,7 +36,8 @@ def test_compiled_as_plain(name: str, request: pytest.FixtureRequest) -> None:
     plain = ends(COMPILED[name])
     assert compiled.keys() == plain.keys()
     assert compiled["work"] == plain["work"]
-    for key in compiled.keys() - {"work"}:
+    # A rounding may decide on a further pass of dampers, which changes nothing else.
+    for key in compiled.keys() - {"work", "counts"}:
         array, expected = compiled[key], plain[key]
         # Compiled sums are reordered: rounding of positions, 1e-16 m, which the stiffness of a
         # joint over the mass of a body, 1e8/s^2, and an exact stick, 1e5/s, make much of: 2e-8. The
@@ -113,7 +64,7 @@ def test_the_cache_is_distinguished_by_every_file_with_kernels_and_constants(
     modules = {name: m for name, m in sys.modules.items() if name.startswith("frictionsim")}
     kernels = [v for m in modules.values() for v in vars(m).values() if hasattr(v, "py_func")]
     files = {Path(kernel.py_func.__code__.co_filename) for kernel in kernels}
-    assert len(files) > 5
+    assert {"kernels.py", "rkf45.py", "moreau.py"} <= {file.name for file in files}
     marked = {kernel.py_func.__module__ for kernel in kernels}
     for node in (node for name in marked for node in ast.walk(ast.parse(source_of(modules[name])))):
         if isinstance(node, ast.ImportFrom) and node.module in modules:

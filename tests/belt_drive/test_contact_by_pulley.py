@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from frictionsim.mechanisms.belt_drive.limits import decay_rates, deepest_contact_stiffness
 from tests.support.belt_kernels import assemble
 from tests.support.belt_reference import accelerations, potential
 from tests.support.belt_scenarios import (
@@ -31,15 +32,15 @@ STIFF_DRIVEN = {"driven": {"c1": 3e7, "c2": 8e5, "damping": 100.0, "p_max": 2e-4
 def test_at_rest_each_contact_has_its_own_law() -> None:
     scenario = scenario_of(every_effect(effects__contact__pulleys=UNLIKE))
     model = assemble(scenario)
-    belt = reference(scenario, model.system.chain.length)
+    belt = reference(scenario, model.belt.length)
     x, y, phi, *_, theta, omega = kinematics(model.state, model)
     still = np.zeros(belt.n)
     at = accelerations(belt, 0.0, x, y, phi, still, still, still, theta, 0.0 * omega, mu=0.0)
     tension = float(np.mean(at.tension))
     assert tension == pytest.approx(200.0, rel=1e-7)
     assert np.hypot(at.ax, at.ay).max() * belt.m < 1e-7 * tension
-    assert np.array_equal(at.pulley, model.equilibrium.pulley)
-    np.testing.assert_allclose(at.N, model.equilibrium.normal_force, rtol=1e-9)
+    assert np.array_equal(at.pulley, model.rest.pulley)
+    np.testing.assert_allclose(at.N, model.rest.normal_force, rtol=1e-9)
     depths = [np.max(at.p[at.pulley == j]) for j in range(3)]
     assert depths[1] < 0.7 * depths[0] < 0.7 * depths[2]
 
@@ -50,7 +51,7 @@ def test_the_energy_has_the_depth_of_each_contact_and_the_weight() -> None:
     data = every_effect(effects__contact__pulleys=UNLIKE, **times)
     done = simulate(changed(data, solver__backend="moreau"))
     assert done.checks["energy_balance"].ok
-    belt = reference(scenario_run(done), assemble(scenario_run(done)).system.chain.length)
+    belt = reference(scenario_run(done), assemble(scenario_run(done)).belt.length)
     c = done.channels
     energies = [potential(belt, c["x"][i], c["y"][i], c["angle"][i]) for i in (0, -1)]
     stored = c["energy_potential"]
@@ -82,11 +83,12 @@ def test_both_methods_agree_on_unlike_contacts() -> None:
 def test_the_stiffest_contact_bounds_the_steps() -> None:
     """A contact under the force F has the stiffness sqrt(c2^2 + 4 c1 F)."""
     model = assemble(scenario_of(pair(effects__contact__pulleys=STIFF_DRIVEN)))
-    force = 2.0 * float(np.max(model.equilibrium.normal_force))
+    force = 2.0 * float(np.max(model.rest.normal_force))
     expected = (8e5**2 + 4.0 * 3e7 * force) ** 0.5
-    assert model.contact_stiffness == pytest.approx(expected, rel=1e-12)
+    stiffness = deepest_contact_stiffness(model.belt, model.rest)
+    assert stiffness == pytest.approx(expected, rel=1e-12)
     undamped = {"effects__axial_damping": None, "effects__belt_friction": None}
     own = {"effects__contact__pulleys": STIFF_DRIVEN}
     model = assemble(scenario_of(pair(**undamped, **own)))
-    _, decay = model.max_frequency_and_decay
-    assert decay == pytest.approx(100.0 / model.system.chain.mass)
+    decay, _ = decay_rates(model.belt)
+    assert decay == pytest.approx(100.0 / model.belt.mass)

@@ -9,26 +9,20 @@ import pytest
 
 from tests.support.belt_kernels import (
     ALPHA,
-    FORCE_X,
-    FORCE_Y,
     FRICTION,
+    FX,
+    FY,
     NORMAL,
-    RADIUS,
     SLIP,
     SPEED,
     STICKING,
     TORQUE,
     BeltModel,
-    Chain,
     assemble,
-    derivative,
-    find_contact_candidates,
-    kinematics_of,
-    padded_width,
-    rhs,
-    turn_bodies,
-    update_contact_modes,
-    value,
+    compiled,
+    find_contacts,
+    kernels,
+    rates,
 )
 from tests.support.belt_reference import NO_PULLEY, Accelerations, accelerations, corners
 from tests.support.belt_scenarios import (
@@ -60,11 +54,11 @@ STEP = 2e-5  # s, which the creep law asks for
 def disturbed(model: BeltModel, seed: int) -> Array:
     """Return a state near the rest position: contacts open and closed, bodies stuck and sliding."""
     random = np.random.default_rng(seed)
-    state, width = model.state.copy(), model.system.layout.width
-    n, m = model.system.chain.bodies, model.system.pulleys.table.shape[1]
+    state, width = model.state.copy(), model.belt.width
+    n, m = model.belt.n, model.belt.pul.shape[1]
     for row, size in enumerate((2e-4, 2e-4, 5e-3, 6e-3, 6e-3, 1.0)):
         state[row * width : row * width + n] += size * random.standard_normal(n)
-    free = len(model.system.pulleys.free)
+    free = len(model.belt.free)
     state[6 * width : 6 * width + m] = random.uniform(-9.0, 9.0, m)
     state[6 * width + m : 6 * width + m + free] = 0.05 * random.standard_normal(free)
     return state
@@ -102,28 +96,22 @@ class Both:
         self.state = disturbed(a, seed)
         self.rate = np.full_like(self.state, np.nan)
         self._deal(seed)
-        rhs(self.t, STEP, self.state, self.rate, a.system)
+        rates(self.t, STEP, self.state, self.rate, a.belt)
         self.expected = self._reference()
 
     def _deal(self, seed: int) -> None:
         """Have every third body stick before, and others somewhat later."""
         a = self.model
-        n, table = a.system.chain.bodies, a.system.pulleys.table
-        table[SPEED] = self._kinematics()[7]
-        find_contact_candidates(a.system, kinematics_of(self.state, a.system.layout))
+        n = a.belt.n
+        a.belt.pul[SPEED] = self._kinematics()[7]
+        find_contacts(a.belt, self.state)
         self.held = (np.arange(n) + seed) % 3 == 0
-        count = a.system.contacts.offsets[-1]
-        body = a.system.contacts.body[:count].astype(int)
-        # What fills a block of candidates up may stand behind the last body.
-        a.system.contacts.table[STICKING, :count] = self.held[np.minimum(body, n - 1)]
-        if a.system.friction is not None:
-            update_contact_modes(a.system.contacts)
+        a.belt.con[STICKING, :, :n] = self.held
+        kernels.update_modes(a.belt)
 
     def _reference(self) -> Accelerations:
-        a, length = self.model, self.model.system.chain.length
-        friction = a.system.effects.belt_friction
-        set_valued = None if friction is None else friction.set_valued
-        belt = reference(self.scenario, length, set_valued.relaxation_time if set_valued else 1e-5)
+        length, inv_tau = self.model.belt.length, self.model.belt.inv_tau
+        belt = reference(self.scenario, length, 1.0 / inv_tau if inv_tau else 1e-5)
         parts = self._kinematics()
         away = np.hypot(
             parts[0][:, None] - belt.centres[:, 0], parts[1][:, None] - belt.centres[:, 1]
@@ -147,20 +135,18 @@ class Both:
         return parts
 
     def of_bodies(self, row: int) -> Array:
-        """Return a row of the contact table by body, 0 without contact."""
-        contacts, values = self.model.system.contacts, np.zeros(self.model.system.chain.bodies)
-        for s in range(contacts.offsets[-1]):
-            if contacts.table[RADIUS, s] > 0.0 and contacts.table[NORMAL, s] > 0.0:
-                values[contacts.body[s]] = contacts.table[row, s]
+        """Return a row of the contacts by body, 0 without contact."""
+        con = self.model.belt.con[:, :, : self.model.belt.n]
+        values: Array = np.sum(np.where(con[NORMAL] > 0.0, con[row], 0.0), axis=0)
         return values
 
     def motion_rates(self) -> Array:
-        width, n = self.model.system.layout.width, self.model.system.chain.bodies
+        width, n = self.model.belt.width, self.model.belt.n
         return self.rate[: 6 * width].reshape(6, width)[:, :n]
 
     def ledger(self) -> Array:
-        layout = self.model.system.layout
-        return self.rate[layout.energies : layout.end]
+        energies = self.model.belt.energies
+        return self.rate[energies : energies + 3]
 
 
 def assert_close(actual: Any, expected: Any, close: float) -> None:
@@ -175,10 +161,9 @@ def assert_same(both: Both, close: float) -> None:
     force = np.array([e.ax, e.ay])
     assert_close(motion[3:5], force, close)
     assert_close(motion[5], e.aphi, close)
-    table = a.system.pulleys.table
-    assert_close(table[ALPHA], e.alpha, close)
-    assert_close(table[TORQUE], e.torque, close)
-    pull = np.hypot(a.system.workspace[FORCE_X], a.system.workspace[FORCE_Y])[: len(e.tension)]
+    assert_close(a.belt.pul[ALPHA], e.alpha, close)
+    assert_close(a.belt.pul[TORQUE], e.torque, close)
+    pull = np.hypot(a.belt.work[FX], a.belt.work[FY])[: len(e.tension)]
     assert_close(pull, e.tension, close)
     assert_close(both.of_bodies(NORMAL), e.N, close)
     assert_close(both.of_bodies(FRICTION), e.T, close)
@@ -195,7 +180,7 @@ def test_all_effects_together(wrap: str, seed: int) -> None:
     both = Both(every_effect(mechanism__belt__wrap=wrap), seed)
     stuck = both.of_bodies(STICKING)[both.expected.N > 0.0]
     assert 0.0 < np.mean(stuck) < 0.9
-    assert np.sum((both.expected.p == 0.0) & (both.model.equilibrium.pulley >= 0)) > 0
+    assert np.sum((both.expected.p == 0.0) & (both.model.rest.pulley >= 0)) > 0
     assert len(set(both.expected.pulley)) == 4
     assert_same(both, CLOSE_STUCK)
 
@@ -271,7 +256,7 @@ def test_creep_depends_on_the_step() -> None:
     friction = {"mu_s": 0.6, "mu_k": 0.4, **LAWS["creep"]}
     both = Both(pair(effects__belt_friction=friction), 0)
     once = both.of_bodies(FRICTION)
-    rhs(both.t, 0.5 * STEP, both.state, both.rate, both.model.system)
+    rates(both.t, 0.5 * STEP, both.state, both.rate, both.model.belt)
     halved = both.of_bodies(FRICTION)
     slow = (np.abs(both.expected.slip) < 6e-3) & (both.expected.N > 0.0)
     assert np.all(np.abs(halved[slow]) < np.abs(once[slow]))
@@ -284,9 +269,8 @@ def test_sine_and_cosine_up_to_many_turns() -> None:
     near = [turns, turns + 1e-9, turns / 2 - 1e-9, turns / 4]
     angle = np.concatenate([random.uniform(-1e4, 1e4, 100_000), *near, np.linspace(-7, 7, 50_001)])
     count = len(angle)
-    cos, sin, bend = np.zeros((3, padded_width(count)))
-    padded = np.append(angle, np.zeros(padded_width(count) - count))
-    turn_bodies(Chain(count, 1.0, 1.0, 1.0, 2.0 * np.pi), padded, cos, sin, bend)
+    cos, sin, bend, spin, rate = np.zeros((5, count + 1))
+    compiled(kernels.turn)(count, np.append(angle, 0.0), spin, cos, sin, bend, rate)
     cos, sin = cos[:count], sin[:count]
     # Rounding of the series, which grows fourfold in two doublings; half a unit in the last place
     # of the angle for the turns that are taken off, where no fused operation keeps it, and 0.35
@@ -309,9 +293,11 @@ SIGNALS = {
 def test_signals_are_those_of_the_scenario() -> None:
     """Those of one pulley, which add, are rows in the order of their list."""
     tables = list(SIGNALS.values())
-    rows = assemble(scenario_of(pair(drive={"driver": {"torque": tables}}))).system.signals
+    belt = assemble(scenario_of(pair(drive={"driver": {"torque": tables}}))).belt
+    signal_and_slope = compiled(kernels.signal)
     for k, table in enumerate(tables):
         for t in np.linspace(0.0, 0.6, 61) + 1e-9:
             # A slope of 30/s times the roundings of a time, and of cubic coefficients of 500.
-            assert value(rows, k, t) == pytest.approx(float(signal(table, np.array(t))), abs=1e-13)
-            assert derivative(rows, k, t) == pytest.approx(slope(table, t), abs=1e-11)
+            value, derivative = signal_and_slope(k, t, belt)
+            assert value == pytest.approx(float(signal(table, np.array(t))), abs=1e-13)
+            assert derivative == pytest.approx(slope(table, t), abs=1e-11)

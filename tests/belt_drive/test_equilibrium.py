@@ -47,7 +47,7 @@ class Drive(NamedTuple):
 
     def rest(self, **changes: Any) -> Any:
         """Return the belt at rest: places, tensions and normal forces of the bodies."""
-        return assemble(fs.load(self.scenario(**changes))).equilibrium
+        return assemble(fs.load(self.scenario(**changes))).rest
 
 
 def heavy(bodies: int, **changes: Any) -> Drive:

@@ -190,18 +190,18 @@ def test_an_independent_program_comes_to_the_same_end(seed: int) -> None:
         data["effects"]["belt_friction"][key] = word
     scenario = scenario_of(data)
     reached, model, _ = stepped(data)
-    layout, n = model.system.layout, 60
+    belt, n = model.belt, 60
     own = [
         reached[:n],
-        reached[layout.velocities : layout.velocities + n],
-        reached[layout.angles : layout.energies],
+        reached[belt.width : belt.width + n],
+        reached[belt.angles : belt.energies],
     ]
     # In units of the pretension's stretch and of its velocity, at both programs' tolerances.
     off = (np.concatenate(own) - end_state(scenario)) / np.concatenate(
         [
             model.error_scales[:n],
-            model.error_scales[layout.velocities : layout.velocities + n],
-            model.error_scales[layout.angles : layout.energies],
+            model.error_scales[belt.width : belt.width + n],
+            model.error_scales[belt.angles : belt.energies],
         ]
     )
     assert np.max(np.abs(off)) < 1e-5

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from frictionsim.mechanisms.belt_drive.kernels import jit
+from frictionsim.mechanisms.belt_drive import numba_kinds
+from frictionsim.solvers import compilation
 from frictionsim.solvers import kernel_folder as cache
 from frictionsim.solvers.kernel_folder import usable_folder
 from frictionsim.solvers.stepper import reduced_step
@@ -203,10 +204,8 @@ def test_without_a_private_folder_nothing_is_kept_which_is_said(
 
 @pytest.fixture
 def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No folder is known yet; a kernel of a test does not change the name of the tests' own."""
-    monkeypatch.setattr(jit, "_functions", jit._functions.copy())
-    monkeypatch.setattr(jit, "_folder", jit._folder.__wrapped__)
-    monkeypatch.setattr(jit, "folder_of", jit.folder_of.__wrapped__)
+    """No folder is known yet."""
+    monkeypatch.setattr(numba_kinds, "folder_of_build", compilation.folder_of_build.__wrapped__)
 
 
 def doubled(x: float) -> float:
@@ -218,7 +217,7 @@ def test_a_kernel_is_compiled_where_nothing_can_be_kept(
     home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     block(home)
-    assert jit.kernel(doubled)(2.0) == 4.0
+    assert numba_kinds.kernel(doubled)(2.0) == 4.0
 
 
 @pytest.mark.usefixtures("fresh")
@@ -227,20 +226,21 @@ def test_numba_gets_the_folder_again_if_the_environment_changed_it(
 ) -> None:
     from numba.core import config
 
-    jit.kernel(reduced_step).compiled  # noqa: B018
+    kernel = numba_kinds.kernel(reduced_step)
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "planted"))
     config.reload_config()  # as numba does before it compiles
-    assert jit.kernel(reduced_step)(1.0, 32.0) == pytest.approx(0.45)
+    assert kernel(1.0, 32.0) == pytest.approx(0.45)
     assert not (tmp_path / "planted").exists()
     assert list((home / "frictionsim").glob("kernels-*/*/*.nbi"))
 
 
 @pytest.mark.usefixtures("fresh")
-def test_kernels_with_functions_from_elsewhere_are_not_kept(home: Path) -> None:
-    """The name of a build does not tell one source of them from another."""
-    assert jit.kernel(doubled)(2.0) == 4.0
-    assert jit.kernel(reduced_step)(1.0, 32.0) == pytest.approx(0.45)
+def test_a_kernel_from_elsewhere_is_not_kept(home: Path) -> None:
+    """The name of a build does not tell one source of it from another."""
+    assert numba_kinds.kernel(doubled)(2.0) == 4.0
     assert not list(home.rglob("*.nbi"))
+    assert numba_kinds.kernel(reduced_step)(1.0, 32.0) == pytest.approx(0.45)
+    assert len(list(home.rglob("*.nbi"))) == 1
 
 
 # --- old ones -------------------------------------------------------------------------------------

@@ -1,48 +1,22 @@
 """Damping of the section, stiffer than the waves: solved for together with friction."""
 
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from tests.support.belt_kernels import (
-    ALPHA,
-    BACKWARD_LIMIT,
-    FORWARD_LIMIT,
-    FRICTION,
-    NX,
-    NY,
-    RADIUS,
-    SLIP,
-    STICK_BIAS,
-    STICKING,
-    BeltModel,
-    StiffDamping,
-    assemble,
-    contact_forces,
-    find_contact_candidates,
-    joint_forces,
-    kinematics_of,
-    solve_damping_and_friction,
-    stiff_damping,
-)
-from tests.support.belt_reference import Belt, corners, gap, gap_rate
 from tests.support.belt_scenarios import (
     GENTLY,
     MUCH_FRICTION,
     NO_FRICTION,
     RISING,
     SHORT,
-    Array,
     Stepped,
     distance,
     halved,
     kick,
     orders,
     pair,
-    reference,
-    scenario_of,
     shipped,
     stepped,
 )
@@ -52,140 +26,8 @@ from tests.support.scenarios import Scenario, simulate
 SECTION = {"coefficient": 20.0, "basis": "section"}
 
 
-# --- the impulses of one step --------------------------------------------------------------------
-
-
-class Strike(NamedTuple):
-    """A step's end before dampers and friction, and who sticks."""
-
-    model: BeltModel
-    belt: Belt
-    before: Array  # (6, width), positions and old velocities
-    after: Array  # the same with the new velocities, dampers and friction left out
-    speeds: Array  # new, friction left out
-    kappa: Array  # wrap factor of each body
-    damping: StiffDamping
-
-
-STEP = 1e-4
-COEFFICIENT = 500.0
-
-
-def strike(share_stuck: float, seed: int, wrap: str = "corrected") -> Strike:
-    """Return a random step in which a share of the bodies stick and the others slide."""
-    scenario = scenario_of(pair(mechanism__belt__wrap=wrap))
-    a = assemble(scenario)
-    random = np.random.default_rng(seed)
-    width, n = a.system.layout.width, a.system.chain.bodies
-    before = kinematics_of(a.state, a.system.layout).copy()
-    before[:3, :n] += np.array([[1e-4], [1e-4], [1e-2]]) * random.standard_normal((3, n))
-    before[3:, :n] = np.array([[0.1], [0.1], [3.0]]) * random.standard_normal((3, n))
-    after = before.copy()
-    after[3:, :n] += 0.1 * before[3:, ::-1][:, -n:]
-    effects, contacts = a.system.effects, a.system.contacts
-    joint_forces(a.system.chain, effects.axial_damping, before, a.system.workspace)
-    find_contact_candidates(a.system, before)
-    contact_forces(before, contacts, effects.contact)
-    speeds = np.array([3.0, -2.0])
-    a.system.pulleys.table[ALPHA] = speeds
-    table, count = a.system.contacts.table, a.system.contacts.offsets[-1]
-    body = a.system.contacts.body[:count].astype(int)
-    body = np.minimum(body, n - 1)  # what fills a block up may stand behind the last body
-    belt = reference(scenario, a.system.chain.length)
-    kappa = np.array([corners(belt, i, before[2, :n], before[5, :n])[0] for i in range(n)])
-    for row, motion, sign in ((SLIP, before, 1.0), (STICK_BIAS, after, -1.0)):
-        along = motion[4, body] * table[NX, :count] - motion[3, body] * table[NY, :count]
-        table[row, :count] = sign * kappa[body] * along
-    filled = table[RADIUS, :count] > 0.0
-    table[STICKING, :count] = (random.random(n) < share_stuck)[body] & filled
-    # Beyond what holds them, and too little to stop them: the guess who sticks is right.
-    for limit in (FORWARD_LIMIT, BACKWARD_LIMIT):
-        table[limit, :count] = np.where(table[STICKING, :count] > 0.0, 1e9, 1e-9 * filled)
-    damping = stiff_damping(COEFFICIENT, width, 2)
-    return Strike(a, belt, before, after, speeds, kappa, damping)
-
-
-def rates_of_stretch(s: Strike) -> Array:
-    """Return the matrix (n, 3 n) that makes the rates at which joints stretch of velocities."""
-    n = s.belt.n
-    position, phi = s.before[:2, :n].T, s.before[2, :n]
-    rates = np.zeros((n, 3 * n))
-    for k in range(n):
-        d = gap(s.belt, k, position, phi)
-        for column in {row * n + i for i in (k, (k - 1) % n) for row in range(3)}:
-            unit = np.zeros(3 * n)
-            unit[column] = 1.0
-            moved = gap_rate(s.belt, k, phi, unit[: 2 * n].reshape(2, n).T, unit[2 * n :])
-            rates[k, column] = moved @ d / np.hypot(*d)
-    return rates
-
-
-def contacts_of(s: Strike) -> list[tuple[int, int, int]]:
-    """Return index, body and pulley of each contact."""
-    contacts = s.model.system.contacts
-    return [
-        (k, int(contacts.body[k]), j)
-        for j in range(2)
-        for k in range(contacts.offsets[j], contacts.offsets[j + 1])
-        if contacts.table[RADIUS, k] > 0.0
-    ]
-
-
-def dense(s: Strike) -> tuple[Array, Array, Array]:
-    """Return new velocities (3 n), speeds and damper's mean rates, of one system for all."""
-    n, table = s.belt.n, s.model.system.contacts.table
-    mass = np.repeat([s.belt.m, s.belt.m, s.belt.inertia], n)
-    rates = rates_of_stretch(s)
-    old, free = s.before[3:, :n].ravel(), s.after[3:, :n].ravel()
-    contacts = contacts_of(s)
-    along = np.zeros((len(contacts), 3 * n + 2))  # makes slips, rim less body, of velocities
-    for row, (k, i, j) in enumerate(contacts):
-        along[row, [i, n + i]] = s.kappa[i] * np.array([table[NY, k], -table[NX, k]])
-        along[row, 3 * n + j] = s.belt.radii[j]
-    stuck = np.array([table[STICKING, k] > 0.0 for k, _, _ in contacts])
-    matrix = np.diag([*mass, *s.belt.inertias])
-    matrix[: 3 * n, : 3 * n] += 0.5 * STEP * COEFFICIENT * rates.T @ rates
-    right = np.array([*mass * free, *s.belt.inertias * s.speeds])
-    right[: 3 * n] -= 0.5 * STEP * COEFFICIENT * rates.T @ rates @ old
-    held = along[stuck]
-    zeros = np.zeros((len(held), len(held)))
-    solution = np.linalg.solve(
-        np.block([[matrix, held.T], [held, zeros]]), np.append(right, np.zeros(len(held)))
-    )
-    new = solution[: 3 * n]
-    return new, solution[3 * n : 3 * n + 2], 0.5 * rates @ (old + new)
-
-
-@pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("share_stuck", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("wrap", ["corrected", "polygon"])
-def test_one_step_is_that_of_a_dense_system(wrap: str, share_stuck: float, seed: int) -> None:
-    s = strike(share_stuck, seed, wrap)
-    a, n = s.model, s.belt.n
-    expected, speeds, mean_rates = dense(s)
-    after = s.after.copy()
-    heat = solve_damping_and_friction(STEP, s.before, after, s.damping, a.system)
-    for k, i, _ in contacts_of(s):
-        impulse = s.kappa[i] * a.system.contacts.table[FRICTION, k] / a.system.chain.mass
-        after[3, i] -= impulse * a.system.contacts.table[NY, k]
-        after[4, i] += impulse * a.system.contacts.table[NX, k]
-    velocities = after[3:, :n].ravel()
-    # Rounding times the condition of the system, some 1e3; and what slides is braked by its limit,
-    # 1e-9 N s, which turns bodies of 3e-6 kg m^2 and levers of 0.02 m by 1e-6 rad/s and more.
-    close = 1e-12 if share_stuck == 1.0 else 1e-6
-    assert np.max(np.abs(velocities - expected)) <= close * np.max(np.abs(expected))
-    assert a.system.pulleys.table[ALPHA] == pytest.approx(speeds, rel=close)
-    assert heat == pytest.approx(STEP * COEFFICIENT * np.sum(mean_rates**2), rel=close)
-
-
-# --- whole runs ----------------------------------------------------------------------------------
-
-
-def share_solved(end: Stepped) -> float:
-    """Return in what share of the steps dampers were solved for."""
-    steps, _, _, solved = end.stepper.checkpoint_arrays()["counts"]
-    return float(solved / steps)
+def solves_for_dampers(end: Stepped) -> bool:
+    return "impulse" in end.stepper.arrays()
 
 
 def damped(**changes: object) -> Scenario:
@@ -204,7 +46,7 @@ def test_the_implicit_solution_is_of_second_order(name: str) -> None:
     data = {**data, "solver": {"backend": "moreau", "duration": SHORT}}
     steps = halved(6.4e-5, 4)
     ends = [stepped({**data, "solver": {**data["solver"], "step": h}}, disturb) for h in steps]
-    assert all(share_solved(end) == 1.0 for end in ends)
+    assert all(solves_for_dampers(end) for end in ends)
     errors = [distance(*two) for two in pairwise(ends)]
     # The longest step is where the waves are hardly resolved.
     assert [np.log2(a / b) for a, b in pairwise(errors)] == pytest.approx([2.0, 2.0], abs=0.35)
@@ -220,8 +62,8 @@ def test_without_the_effect_it_is_as_without_friction() -> None:
         stepped({**damped(effects__belt_friction=friction), "solver": solver}, kick(GENTLY))
         for friction in (None, NO_FRICTION)
     ]
-    assert all(share_solved(end) == 1.0 for end in ends)
-    width = ends[0].model.system.layout.width
+    assert all(solves_for_dampers(end) for end in ends)
+    width = ends[0].model.belt.width
     state, expected = (end.state[: 6 * width] for end in ends)
     np.testing.assert_allclose(state, expected, rtol=1e-12, atol=1e-12)
 
@@ -260,3 +102,21 @@ def test_it_is_stable_at_the_default_step_and_its_energies_add_up() -> None:
     assert np.max(done.channels["tension"]) < 500.0
     assert np.max(np.abs(done.channels["pulley_speed"])) < 50.0
     assert done.checks["energy_balance"].ok
+
+
+def test_a_violent_overload_keeps_its_energy_whatever_the_damping() -> None:
+    """Dampers that pull harder than the springs stiffen the joints across: steps heed that."""
+    for coefficient in (1e4, 6e4):  # N s/m: 4 b h/m is some 150 and 800
+        done = simulate(
+            shipped(
+                "belt_drive",
+                drive__driver__torque={"time": [0.0, 2e-3], "value": [0.0, -30.0]},
+                effects__belt_friction={"mu_s": 0.4, "mu_k": 0.4},
+                effects__axial_damping__coefficient=coefficient,
+                solver__duration=4e-3,
+                output__interval=1e-4,
+            )
+        )
+        # 3e-5 measured, of the little energy that there is at first; with steps for the waves
+        # alone it was 0.03 and 0.3.
+        assert done.checks["energy_balance"].value < 1e-4

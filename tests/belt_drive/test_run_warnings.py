@@ -158,25 +158,18 @@ def test_slip_that_corners_make_is_warned_of(bodies: int, wrap: str, divisor: fl
     assert warned(done, "the driven rim is faster than the driver's") is backwards
 
 
-def test_a_belt_at_rest_has_no_efficiency_and_no_slip_and_says_why() -> None:
+def test_a_belt_at_rest_has_no_efficiency_and_no_slip() -> None:
     done = simulate(pair(drive__driver__torque=0.0, **LONG))
     assert done.quantities["efficiency"].value is None
     assert done.quantities["slip_percent"].value is None
-    assert warned(done, "efficiency has no value")
-    moving = simulate(pair(**LONG))
-    assert moving.quantities["efficiency"].value is not None
-    assert not warned(moving, "efficiency has no value")
-    once = simulate(pair(**LONG | {"output__interval": moving.channels["time"][-1]}))
-    assert warned(once, "are of 1 sample")
-    assert not warned(once, "efficiency has no value")
+    assert simulate(pair(**LONG)).quantities["efficiency"].value is not None
 
 
 def test_a_patch_that_holds_no_body_is_warned_of() -> None:
     """Bodies are 42 mm long; between two of their middles there is room for a patch."""
     patch = {"from": 0.023, "to": 0.06, **PATCH}
     done = simulate(pair(effects__patch=patch, solver__backend="moreau"))
-    assert warned(done, "the middle of no body")
-    assert not warned(done, "lay it elsewhere")
+    assert warned(done, "make it longer than a body, 0.041")
 
 
 def test_a_roller_that_carries_nothing_is_not_overloaded() -> None:
@@ -187,42 +180,3 @@ def test_a_roller_that_carries_nothing_is_not_overloaded() -> None:
     done = simulate(data)
     assert full_slip(done, "roller") > 0.01
     assert not warned(done, "slips on 'roller'")
-
-
-@pytest.mark.parametrize(("mu_k", "torque", "told"), [(0.6, -5.0, False), (0.4, -5.0, True)])
-def test_bursts_of_a_guided_belt_are_warned_of(mu_k: float, torque: float, told: bool) -> None:
-    data = pair(
-        **NO_MOTION_ACROSS,
-        drive__driver__torque={"time": [0.0, 0.02], "value": [0.0, torque]},
-        effects__belt_friction={"mu_s": 0.6, "mu_k": mu_k},
-        **LONG,
-    )
-    done = simulate(data)
-    assert warned(done, "slides in bursts that belong to its mesh") is told
-    share = done.quantities["stick_fraction"].value
-    assert share is not None
-    assert share < 0.99
-
-
-def test_bursts_are_not_warned_of_where_all_sticks_or_in_the_plane() -> None:
-    friction = {"effects__belt_friction": {"mu_s": 50.0, "mu_k": 40.0}}
-    assert not warned(simulate(pair(**NO_MOTION_ACROSS, **friction, **LONG)), "in bursts")
-    friction = {"effects__belt_friction": {"mu_s": 0.6, "mu_k": 0.4}}
-    assert not warned(simulate(pair(**friction, **LONG)), "in bursts")
-
-
-@pytest.mark.parametrize(
-    ("factor", "backend", "told"),
-    [(1.9, "rkf45", False), (2.1, "rkf45", True), (21.0, "rkf45", True), (2.1, "moreau", False)],
-)
-def test_short_steps_of_dampers_are_warned_of(factor: float, backend: str, told: bool) -> None:
-    # A joint has c = EA/l and m = rho l, its waves 2 sqrt(c/m), its damper the rate 4 b/m.
-    coefficient = 0.5 * factor * float(np.sqrt(1e4 * 0.5))
-    data = pair(
-        **NO_MOTION_ACROSS,
-        effects__axial_damping={"coefficient": coefficient},
-        solver={"backend": backend, "duration": 1e-3},
-    )
-    done = simulate(data)
-    assert warned(done, "solver.backend = 'moreau' solves for these dampers") is told
-    assert warned(done, f"about {factor:.2g} times as short") is told

@@ -25,7 +25,7 @@ BELTS = {
 @pytest.mark.parametrize("name", one_in(2, BELTS))
 def test_the_fastest_frequency_is_a_close_bound(name: str) -> None:
     model = assemble(scenario_of(BELTS[name]))
-    frequency, _ = model.max_frequency_and_decay
+    frequency = model.max_frequency
     highest = np.max(waves(model)[0])
     # It allows for contacts and tensions twice as high as at rest, which counts where it is tight.
     assert highest * 0.999 <= frequency <= highest * (1.12 if name == "tight" else 1.03)
@@ -45,7 +45,7 @@ def energy_at(step: float) -> float:
     )  # a scenario may not ask for one that is too long
     stepper.start()
     stepper.advance(400 * step * (1.0 - 1e-12), np.inf, 400)
-    state, width, n = stepper.interpolate(400 * step), model.system.layout.width, 24
+    state, width, n = stepper.interpolate(400 * step), model.belt.width, 24
     velocities = state[3 * width : 5 * width].reshape(2, width)[:, :n]
     return float(np.sum(velocities**2)) / (1e-12 * 24)
 
@@ -54,7 +54,7 @@ def energy_at(step: float) -> float:
 def test_the_limit_of_the_step_is_that_of_stability() -> None:
     model = assemble(scenario_of(BELTS["pair"]))
     highest = float(np.max(waves(model)[0]))
-    limit = 2.0 / model.max_frequency_and_decay[0]
+    limit = 2.0 / model.max_frequency
     assert limit <= 2.0 / highest
     assert energy_at(0.99 * limit) < 10.0
     # A hundredth beyond 2/omega the highest wave grows by exp(0.28) in each step.
@@ -64,7 +64,7 @@ def test_the_limit_of_the_step_is_that_of_stability() -> None:
 @pytest.mark.parametrize("share", [0.98, 1.02])
 def test_a_step_beyond_the_limit_is_refused_with_the_limit(share: float) -> None:
     model = assemble(scenario_of(pair()))
-    limit = 2.0 / model.max_frequency_and_decay[0]
+    limit = 2.0 / model.max_frequency
     data = pair(solver={"backend": "moreau", "step": share * limit, "duration": 0.01})
     if share < 1.0:
         assert simulate(data).status == "done"
@@ -82,5 +82,5 @@ def test_a_step_of_rkf45_stays_within_its_region_of_stability() -> None:
     steps, rejected, _ = end.stepper.statistics
     assert rejected <= 0.01 * steps
     assert isinstance(end.stepper, rkf45.RKF45Stepper)
-    tau = end.model.system.effects.belt_friction.set_valued.relaxation_time
-    assert end.stepper._control.max_step == pytest.approx(1.95 * tau, rel=1e-2)
+    tau = 1.0 / end.model.belt.inv_tau
+    assert end.stepper._max_step == pytest.approx(1.95 * tau, rel=1e-2)

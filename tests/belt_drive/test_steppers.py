@@ -3,12 +3,15 @@
 import numpy as np
 import pytest
 
+from tests.support.belt_kernels import assemble, stepper_of
 from tests.support.belt_reference import integrate, pack
 from tests.support.belt_scenarios import (
+    NO_MOTION_ACROSS,
     SHORT,
     SMOOTH,
     STARTS,
     distance,
+    every_effect,
     halved,
     kick,
     kinematics,
@@ -34,8 +37,8 @@ def test_a_short_way_is_that_of_the_reference() -> None:
     )
     end = stepped(data, kick(0.05))
     start = stepped({**data, "solver": {"duration": 1e-12}}, kick(0.05))
-    tau = end.model.system.effects.belt_friction.set_valued.relaxation_time
-    belt = reference(scenario_of(data), end.model.system.chain.length, tau)
+    tau = 1.0 / end.model.belt.inv_tau
+    belt = reference(scenario_of(data), end.model.belt.length, tau)
     times = np.array([0.0, 1e-3])
     y0 = pack(*kinematics(start.state, start.model))
     expected = integrate(belt, y0, times, rtol=1e-9, atol=1e-11, mu=np.full(12, 0.6))[-1]
@@ -96,3 +99,35 @@ def test_a_tighter_tolerance_is_a_smaller_error(bodies: int) -> None:
     # Measured 2.6 to 60, for at 1e-4 the longest stable step decides, and 24 to 50.
     assert errors[0] > 2 * errors[1] > 20 * errors[2]
     assert errors[2] <= 2e-6
+
+
+RESUMED = {
+    "rkf45": every_effect(),
+    "moreau": every_effect(solver__backend="moreau"),
+    "moreau, stiff dampers": pair(
+        solver__backend="moreau", effects__axial_damping__coefficient=2000.0
+    ),
+    "moreau, stiff dampers on a line": pair(
+        solver__backend="moreau",
+        effects__axial_damping__coefficient=2000.0,
+        **NO_MOTION_ACROSS,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", RESUMED)
+def test_a_copy_of_its_arrays_goes_on_to_the_same_bits(name: str) -> None:
+    scenario = scenario_of(RESUMED[name])
+    whole, half, rest = (stepper_of(assemble(scenario), scenario) for _ in range(3))
+    whole.start()
+    whole.advance(1.0, 1.0, 23)
+    whole.advance(1.0, 1.0, 27)
+    half.start()
+    half.advance(1.0, 1.0, 23)
+    half.interpolate(half.t)  # samples change no bit
+    for key, array in half.arrays().items():
+        rest.arrays()[key][...] = array
+    rest.compile()
+    rest.advance(1.0, 1.0, 27)
+    for key, array in rest.arrays().items():
+        assert np.array_equal(array, whole.arrays()[key]), key

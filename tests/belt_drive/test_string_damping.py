@@ -39,14 +39,14 @@ def wave(speed: float) -> Disturb:
     """Return a kick: point velocities along a wave as long as the belt, m/s."""
 
     def disturb(model: BeltModel) -> None:
-        first, n = model.system.layout.velocities, model.system.chain.bodies
+        first, n = model.belt.width, model.belt.n
         model.state[first : first + n] += speed * np.sin(2.0 * np.pi * np.arange(n) / n)
 
     return disturb
 
 
 def solves_for_dampers(stepper: Any) -> bool:
-    return "dampers" in stepper.checkpoint_arrays()
+    return "impulse" in stepper.arrays()
 
 
 # Loads that are smooth: nothing slides, or everything does from the start.

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from frictionsim.mechanisms.belt_drive.model import assemble
 from frictionsim.results import Record
 from tests.benchmarks.results_belts import IDLE, LOAD, RECORDED
 from tests.benchmarks.results_common import (
@@ -36,6 +35,7 @@ from tests.support.belt_closed_forms import (
     transverse_mode,
     two_pulley_mode,
 )
+from tests.support.belt_kernels import assemble
 from tests.support.belt_scenarios import NO_FRICTION, scenario_of, shipped
 from tests.support.belt_waves import Array, waves
 
@@ -214,7 +214,7 @@ def _belt(bodies: int) -> list[Row]:
     still = {"effects__belt_friction": NO_FRICTION, "drive__driver__torque": 0.0}
     data = shipped("belt_drive", mechanism__belt__bodies=bodies, effects__bending=None, **still)
     model = assemble(scenario_of(data))
-    n, width = bodies, model.system.layout.width
+    n, width = bodies, model.belt.width
     x, y, angle = (model.state[row * width : row * width + n] for row in range(3))
     frequencies, shapes = waves(model)
 

@@ -22,9 +22,6 @@ def test_the_log_is_not_in_the_json(told: Run) -> None:
 
 
 def test_the_folder_of_kernels_and_the_transitions_of_a_belt_are_logged(told: Run) -> None:
-    from frictionsim.mechanisms.belt_drive.kernels import jit
-
-    jit._folder.cache_clear()
     _, err = told("solve", BELT, "-q", "-vv", "-o", "a.h5", "--set", "solver.duration=1e-3")
     assert "frictionsim: folder of the compiled kernels: " in err
     assert "kind belt_drive" in err

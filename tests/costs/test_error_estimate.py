@@ -73,6 +73,42 @@ def test_a_belt_halves_its_automatic_step() -> None:
     assert "a run with rtol 2e-7" in adaptive.error_estimate
 
 
+STRING = {"solver.duration": 2e-3, "solver.backend": "moreau", "output.interval": 1e-4}
+
+
+@pytest.mark.parametrize("step", [None, 5e-6])
+def test_a_belt_is_solved_on_twice_as_many_bodies_as_well(step: float | None) -> None:
+    data = STRING | ({"solver.step": step} if step else {})
+    result = fs.solve("belt_string", data, estimate_error=True)
+    half = {"solver.step": 0.5 * step} if step else {}
+    fine = fs.solve("belt_string", {**data, **half, "mechanism.belt.bodies": 120})
+    assert result.other_mesh == {name: q.value for name, q in fine.quantities.items()}
+    assert "the mesh is not included: '120 bodies' has the value of that" in result.error_estimate
+    shown = result.summary().splitlines()
+    head = next(line for line in shown if line.startswith("quantity"))
+    assert head.split() == ["quantity", "value", "error", "120", "bodies", "unit"]
+    row = next(line.split() for line in shown if line.startswith("energy_kinetic"))
+    exact = fine.quantities["energy_kinetic"].value or 0.0
+    value = result.quantities["energy_kinetic"].value or 0.0
+    assert 0.0 < abs(exact - float(row[3])) < abs(exact - value)  # as many digits as differ
+    told = result.to_json()["quantities"]
+    assert told["energy_kinetic"]["on_other_mesh"] == exact
+
+
+def test_after_a_long_run_the_mesh_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("frictionsim.costs.error_estimate.MAX_SECONDS", 0.0)
+    result = fs.solve("belt_string", STRING, estimate_error=True)
+    assert result.other_mesh == {}
+    assert "mesh is not included, 'frictionsim cost'" in result.error_estimate
+    assert result.errors.keys() == result.quantities.keys()
+
+
+def test_what_has_no_mesh_has_no_other_mesh() -> None:
+    result = fs.solve(pulley(), estimate_error=True)
+    assert result.other_mesh == {}
+    assert "on_other_mesh" not in result.to_json()["quantities"]["final_angle"]
+
+
 def test_a_failed_second_run_keeps_the_first(told: Callable[..., tuple[str, str]]) -> None:
     """It takes more than the 150 steps that are enough for the first."""
     out, err = told("solve", "pulley", "--estimate-error", "--set", "solver.max_steps=150")

@@ -13,10 +13,10 @@ import pytest
 import frictionsim as fs
 from frictionsim.errors import ArgumentError, SolverError
 from frictionsim.io.cost_table import read_csv
-from frictionsim.mechanisms.belt_drive import mesh_study
-from frictionsim.mechanisms.belt_drive.model import assemble
+from frictionsim.mechanisms.belt_drive import study as mesh_study
 from frictionsim.plots.studies import cost_diagram
 from tests.costs.made import made_row, made_table
+from tests.support.belt_kernels import LINEAR, assemble
 from tests.support.scenarios import SCENARIOS
 
 BELT, PULLEY = str(SCENARIOS / "belt_drive.toml"), str(SCENARIOS / "pulley.toml")
@@ -129,7 +129,7 @@ def test_a_finer_mesh_has_as_stiff_a_contact(named: int | None) -> None:
 
 def contact_of(scenario: Any) -> float:
     """Return the linear stiffness of the contact of a body."""
-    stiffness: float = assemble(scenario).system.effects.contact.c2
+    stiffness: float = assemble(scenario).belt.pul[LINEAR]
     return stiffness
 
 

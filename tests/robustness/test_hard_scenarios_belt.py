@@ -169,7 +169,8 @@ def test_the_driver_slips_in_a_loose_belt(backend: str) -> None:
     done = outcome("belt_loose", backend)
     assert quantity(done, "pretension") == pytest.approx(0.5, rel=1e-6)
     c, fraction = done.channels, sliding_fraction(done, 0)
-    assert not fraction[done.time < 0.025].any()
+    # It bulges to either side, by the last bit: one of its two bodies on the driver may slide.
+    assert (fraction[done.time < 0.025] < 1.0).all()
     late = done.time > 0.033
     assert (fraction[late] == 1.0).all()
     on = c["pulley_index"] == 0.0

@@ -4,14 +4,12 @@ from collections.abc import Callable
 from itertools import pairwise
 from math import cos, exp, hypot, log2, sin
 
-import numpy as np
 import pytest
 
 import frictionsim as fs
 from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow
-from frictionsim.solvers import runge_kutta_fehlberg
 from frictionsim.solvers.rkf45 import START, Step, Tolerances
-from tests.support.cases import one_in
+from frictionsim.solvers.runge_kutta_fehlberg import E6
 from tests.support.problems import CORD_RADIUS, DRAG, INERTIA, LOAD, R_K, R_S
 from tests.support.wheels import signal, solved, wheel
 
@@ -112,7 +110,7 @@ def test_an_error_is_relative_to_the_larger_of_both_states() -> None:
     no_slopes = [0.0, 0.0]
 
     def error(errors: list[float], y_old: list[float], y: list[float]) -> float:
-        slopes = [e / runge_kutta_fehlberg.E6 for e in errors]  # of the last stage of a step of 1 s
+        slopes = [e / E6 for e in errors]  # of the last stage of a step of 1 s
         stages = (no_slopes, no_slopes, no_slopes, slopes)
         return tolerances.error(y_old, y, no_slopes, stages, 1.0)
 
@@ -175,19 +173,3 @@ def test_tolerances_that_cannot_be_met_are_reported() -> None:
 def test_the_step_limit_is_reported() -> None:
     with pytest.raises(BudgetExceeded, match="limit of 10 steps reached at t = "):
         integrate(OSCILLATOR, [0.0, 1.0], 100.0, USUAL._replace(max_steps=10))
-
-
-WAYS = ("stage_2", "stage_3", "stage_4", "stage_5", "stage_6", "error_estimate_5")
-
-
-@pytest.mark.parametrize("name", one_in(2, WAYS[::-1]))
-def test_compiled_stages_give_the_same_numbers(name: str) -> None:
-    """The same functions run on lists of floats and are compiled for large systems."""
-    numba = pytest.importorskip("numba")
-    way = getattr(runge_kutta_fehlberg, name)
-    arrays = list(np.random.default_rng(1).normal(size=(way.__code__.co_argcount - 2, 40)))
-    plain, compiled = [0.0] * 40, np.zeros(40)
-    way(0.1, *arrays, plain)
-    numba.njit(way)(0.1, *arrays, compiled)
-    # Fused multiplications may round differently in the compiled code.
-    assert compiled == pytest.approx(np.array(plain), rel=1e-14, abs=1e-15)

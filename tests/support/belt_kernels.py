@@ -5,92 +5,122 @@ steppers. Whoever moves one of these changes this file alone; scenarios, runs an
 are asked by `frictionsim` itself.
 """
 
-from importlib import import_module
-from typing import Any
+from typing import Any, NamedTuple
 
-from frictionsim.mechanisms.belt_drive.belt_simulation import observer_of
-from frictionsim.mechanisms.belt_drive.effects.axial import joint_forces, turn_bodies
-from frictionsim.mechanisms.belt_drive.effects.belt_friction import (
-    friction_curve as compiled_friction_curve,
-)
-from frictionsim.mechanisms.belt_drive.effects.contact import contact_forces
-from frictionsim.mechanisms.belt_drive.equation import find_contact_candidates, rhs
-from frictionsim.mechanisms.belt_drive.geometry import PulleyCircle, belt_path
-from frictionsim.mechanisms.belt_drive.kernels.contacts import update_contact_modes
-from frictionsim.mechanisms.belt_drive.kernels.system import (
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionsim.mechanisms.belt_drive import kernels as kernels
+from frictionsim.mechanisms.belt_drive import limits, sampling
+from frictionsim.mechanisms.belt_drive import moreau as moreau
+from frictionsim.mechanisms.belt_drive import rkf45 as rkf45
+from frictionsim.mechanisms.belt_drive.belt import (
     ALPHA,
-    BACKWARD_LIMIT,
-    FORCE_X,
-    FORCE_Y,
-    FORWARD_LIMIT,
     FRICTION,
+    FX,
+    FY,
+    LINEAR,
     MODE,
+    MU_S,
     NORMAL,
-    NX,
-    NY,
-    RADIUS,
     SLIP,
     SPEED,
-    STICK_BIAS,
     STICKING,
     TORQUE,
-    Chain,
-    derivative,
-    kinematics_of,
-    padded_width,
-    value,
+    Belt,
+    aligned,
+    belt_of,
+    initial_state,
 )
-from frictionsim.mechanisms.belt_drive.model import BeltModel, assemble
-from frictionsim.mechanisms.belt_drive.steppers import moreau, rkf45
-from frictionsim.mechanisms.belt_drive.steppers.moreau_damping import (
-    StiffDamping,
-    solve_damping_and_friction,
-    stiff_damping,
-)
+from frictionsim.mechanisms.belt_drive.belt_simulation import stepper_of as _stepper_of
+from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
+from frictionsim.mechanisms.belt_drive.geometry import PulleyCircle, belt_path
 
 __all__ = [
     "ALPHA",
-    "BACKWARD_LIMIT",
-    "FORCE_X",
-    "FORCE_Y",
-    "FORWARD_LIMIT",
+    "COMPILED_MODULES",
     "FRICTION",
+    "FX",
+    "FY",
+    "LINEAR",
     "MODE",
+    "MU_S",
     "NORMAL",
-    "NX",
-    "NY",
-    "RADIUS",
     "SLIP",
     "SPEED",
     "STICKING",
-    "STICK_BIAS",
     "TORQUE",
+    "Belt",
     "BeltModel",
-    "Chain",
     "PulleyCircle",
-    "StiffDamping",
+    "aligned",
     "assemble",
     "belt_path",
-    "compiled_friction_curve",
-    "contact_forces",
-    "derivative",
-    "find_contact_candidates",
-    "joint_forces",
-    "kinematics_of",
+    "compiled",
+    "find_contacts",
+    "kernels",
     "moreau",
-    "observer_of",
-    "padded_width",
-    "rhs",
+    "rates",
     "rkf45",
-    "solve_damping_and_friction",
+    "sampling",
     "stepper_of",
-    "stiff_damping",
-    "turn_bodies",
-    "update_contact_modes",
-    "value",
 ]
+
+Array = NDArray[np.float64]
+COMPILED_MODULES = (kernels, rkf45, moreau)
+
+
+class BeltModel(NamedTuple):
+    """A belt drive at rest, and its state at the start, (size,)."""
+
+    belt: Belt
+    rest: Rest
+    state: Array
+
+    @property
+    def error_scales(self) -> Array:
+        """The scale of the error of each state; infinite for energies."""
+        return limits.error_scales(self.belt, self.rest)
+
+    @property
+    def eigenvalues(self) -> limits.ComplexArray:
+        """The eigenvalues of the waves and of friction, 1/s."""
+        return limits.wave_eigenvalues(self.belt, self.rest)
+
+    @property
+    def max_frequency(self) -> float:
+        """The highest angular frequency, rad/s."""
+        return limits.max_frequency(self.belt, self.rest)
+
+
+def assemble(scenario: Any) -> BeltModel:
+    """Return the belt drive of a scenario at rest."""
+    rest = at_rest(scenario)
+    belt = belt_of(scenario, rest.body_length)
+    return BeltModel(belt, rest, initial_state(belt, rest.x, rest.y, rest.angle))
 
 
 def stepper_of(model: BeltModel, scenario: Any) -> Any:
-    """Return the stepper of a scenario's method, for its model."""
-    return import_module(scenario.pair.module).STEPPER(model, scenario.solver)
+    """Return the stepper of a scenario's method, from the state of a model."""
+    return _stepper_of(scenario, *model)
+
+
+def compiled(function: Any) -> Any:
+    """Return a part of kernels, compiled, as Python can call it: the part itself must not be."""
+
+    @numba.njit
+    def call(*arguments: Any) -> Any:
+        return function(*arguments)
+
+    return call
+
+
+def find_contacts(belt: Belt, state: Array) -> None:
+    """List the runs of bodies near pulleys; those that are new have a mode afterwards."""
+    kernels.search(belt, belt.kinematics(state), belt.plane, belt.line, belt.wrap)
+
+
+def rates(t: float, h: float, state: Array, rate: Array, belt: Belt) -> None:
+    """Write the rate of a state; h is the length of the step, s, for a creep without a time."""
+    kernels.rhs(t, h, state, rate, belt, belt.plane, belt.line, belt.inv_tau)

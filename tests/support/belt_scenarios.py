@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import frictionsim as fs
-from tests.support.belt_kernels import BeltModel, PulleyCircle, assemble, belt_path, stepper_of
+from tests.support.belt_kernels import (
+    SPEED,
+    BeltModel,
+    PulleyCircle,
+    assemble,
+    belt_path,
+    stepper_of,
+)
 from tests.support.belt_reference import Belt
 from tests.support.scenarios import SCENARIOS, Scenario, changed
 from tests.support.scenarios import shipped as as_shipped
@@ -142,7 +149,7 @@ def kick(speed: float) -> Disturb:
     """Return a kick: body velocities along a wave as long as the belt, m/s."""
 
     def disturb(model: BeltModel) -> None:
-        width, n = model.system.layout.width, model.system.chain.bodies
+        width, n = model.belt.width, model.belt.n
         phase = 2.0 * np.pi * np.arange(n) / n
         for row in (3, 4):
             model.state[row * width : row * width + n] += speed * np.sin(phase + row)
@@ -161,11 +168,11 @@ def scenario_of(data: Scenario) -> Any:
 
 def kinematics(state: Array, model: BeltModel) -> list[Array]:
     """Return x, y, phi, vx, vy, w of the bodies and theta, omega of the pulleys in a state."""
-    n, width = model.system.chain.bodies, model.system.layout.width
-    table, free = model.system.pulleys.table, model.system.pulleys.free
-    m = table.shape[1]
+    n, width = model.belt.n, model.belt.width
+    pul, free = model.belt.pul, model.belt.free
+    m = pul.shape[1]
     motion = state[: 6 * width].reshape(6, width)[:, :n]
-    omega = table[4].copy()
+    omega = pul[SPEED].copy()
     omega[free] = state[6 * width + m : 6 * width + m + len(free)]
     return [*(row.copy() for row in motion), state[6 * width : 6 * width + m].copy(), omega]
 

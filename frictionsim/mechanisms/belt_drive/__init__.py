@@ -6,24 +6,22 @@ of nb + np degrees of freedom. The model is in
 
     schema            the scenario's tables
     channels          what is recorded
-    equation          the equations of motion, compiled
-    statics           the belt at rest: its quantities
-    effects           each with its table, force, energy and limits: contact, friction, ...
     geometry          the line of an ideal belt round its pulleys
-    equilibrium       the search for the belt at rest: equilibrium_energy is what it minimises
-    composition       from a scenario to arrays
-    model             the belt at rest, ready to be stepped: its energies and limits
-    kernels           the arrays (system), both kinematics (plane, string), contacts
-    steppers          the methods rkf45 and moreau, the latter with a step for each kinematics
-    stability_limits  the highest frequency and decay, which bound the steps
+    statics           the belt at rest: its quantities
+    energy            the energies that a belt stores, and their gradient
+    equilibrium       the belt at rest, where the energy is least
+    belt              from a scenario to numbers and rows, one flat tuple
+    limits            waves, dampers and friction, which bound the steps; scales of errors
+    numba_kinds       the decorators of kernels
+    kernels           the equations of motion, compiled
+    rkf45, moreau     the methods
     belt_simulation   from step to step
     sampling          the channels, and what summary and audit need of each sample
     slip              the slip of the drive, and the tensions of its spans
     quantities        the summary and the audit
     transitions       full slip and grip, lift-off, slack spans
     run_warnings      the warnings of a run
-    work_precision    metrics and settings of a study of cost and accuracy
-    mesh_study        models and numbers of bodies in such a study
+    study             metrics, settings and meshes of a study of cost and accuracy
 
 References
 ----------
@@ -31,20 +29,21 @@ References
    dry friction", Archive of Mechanical Engineering 61(4), 2014.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from frictionsim.mechanisms.belt_drive import mesh_study
+from frictionsim.mechanisms.belt_drive import study as mesh_study
 from frictionsim.mechanisms.belt_drive.channels import PANELS
+from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.statics import statics
-from frictionsim.mechanisms.belt_drive.work_precision import METRICS, ladders, references, tighter
+from frictionsim.mechanisms.belt_drive.study import METRICS, ladders, references, tighter
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.simulation.base import Simulation
 
 __all__ = [
     "METRICS",
     "PANELS",
+    "SCENARIO",
     "ladders",
     "mesh_study",
     "references",
@@ -54,16 +53,10 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    """Return SCENARIO, when it is first asked for: by then all effects have to be known."""
-    if name == "SCENARIO":
-        from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
-
-        return BeltDriveScenario
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+SCENARIO = BeltDriveScenario
 
 
-def simulation(scenario: "BeltDriveScenario") -> "Simulation":
+def simulation(scenario: BeltDriveScenario) -> "Simulation":
     """Return the simulation of a scenario."""
     from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
 

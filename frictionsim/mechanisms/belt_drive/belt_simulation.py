@@ -1,24 +1,27 @@
 """The simulation of a belt drive: from step to step, with samples on the way."""
 
-from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
+import logging
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.errors import BudgetExceeded, Diverged
+from frictionsim.errors import BudgetExceeded
+from frictionsim.mechanisms.belt_drive.belt import BLOCK, Array, Belt, belt_of, initial_state
 from frictionsim.mechanisms.belt_drive.channels import channels_of
-from frictionsim.mechanisms.belt_drive.kernels import jit
-from frictionsim.mechanisms.belt_drive.model import assemble
-from frictionsim.mechanisms.belt_drive.sampling import observer_of
-from frictionsim.results import SimulationResult
-from frictionsim.simulation.checkpoint import (
-    Arrays,
-    dump_part,
-    load_part,
-    require_array,
-    unfit,
+from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
+from frictionsim.mechanisms.belt_drive.limits import (
+    deepest_contact_stiffness,
+    error_scales,
+    max_frequency,
+    wave_eigenvalues,
 )
+from frictionsim.mechanisms.belt_drive.sampling import Observer
+from frictionsim.results import SimulationResult
+from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, require_array, unfit
+from frictionsim.solvers.compilation import folder_of_build, without_collection
 from frictionsim.solvers.recording import SampleTimes
 
 if TYPE_CHECKING:
@@ -26,10 +29,12 @@ if TYPE_CHECKING:
     from frictionsim.results import Channel
     from frictionsim.simulation.monitor import RunMonitor
 
+LOG = logging.getLogger(__name__)
+
 # Some hundredths of a second without a call of `on_step`: fewer steps of more bodies.
 STEPS_BETWEEN_CALLS = 2000
 BODIES_FOR_ALL_STEPS = 400
-MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
+MAX_COUNT = 2.0**53  # up to which a number of a checkpoint is an integer
 TIME_TOLERANCE = 1e-12  # of a time: two that differ by less are the same
 
 
@@ -38,18 +43,18 @@ class BeltDrive:
 
     def __init__(self, scenario: "BeltDriveScenario") -> None:
         self._scenario = scenario
-        self._model = assemble(scenario)
+        rest = at_rest(scenario)
+        self._belt = belt_of(scenario, rest.body_length)
+        self._start = initial_state(self._belt, rest.x, rest.y, rest.angle)
+        self._stepper = stepper_of(scenario, self._belt, rest, self._start)
+        self._observer = Observer(scenario, self._belt, rest, self._stepper.force_per_impulse)
         self._times = SampleTimes(scenario.solver.duration, scenario.interval)
         self._discontinuities = _discontinuities(scenario)
-        self._observer = observer_of(scenario, self._model)
-        module = import_module(scenario.pair.module)
-        self._stepper = module.STEPPER(self._model, scenario.solver)
-        self._observer.force_per_impulse = self._stepper.force_per_impulse
         self._started = False
         self._tried_before = 0  # steps, in the parts of the run before this one
         self.effects = scenario.effect_names
         self.channel_info: Mapping[str, Channel] = channels_of(scenario.mechanism.names)
-        bodies = tuple(map(str, range(scenario.mechanism.belt.bodies)))
+        bodies = tuple(map(str, range(self._belt.n)))
         self.axes = {"pulley": scenario.mechanism.names, "body": bodies, "joint": bodies}
         self.states = self._observer.states
 
@@ -58,39 +63,38 @@ class BeltDrive:
         self._times.give(times)
 
     def prepare(self, monitor: "RunMonitor") -> float:
-        """Evaluate the start and compile all kernels of the run; return how long that took, s."""
+        """Evaluate the start and compile the kernels; return how long these took, s."""
         stepper = self._stepper
-        with jit.announce_compilation(stepper.compile_seconds, monitor) as compilation:
+        with announce_compilation(stepper.compile_seconds, monitor) as compilation:
             if not self._started:
                 stepper.start()
-            stepper.prepare()
+            stepper.compile()
         self._started = True
         return compilation.seconds
 
     def compile(self, monitor: "RunMonitor") -> float | None:
-        """Compile all kernels of the run."""
+        """Compile the kernels of the run."""
         return self.prepare(monitor)
 
-    def solve(self, on_step: Callable[[float], Any]) -> bool:
-        """Step on; return whether there are kernels to `prepare` before the end."""
+    def solve(self, on_step: Callable[[float], Any]) -> None:
+        """Step on to the end."""
         stepper, times, end = self._stepper, self._times, self._scenario.solver.duration
-        bodies = max(BODIES_FOR_ALL_STEPS, self._scenario.mechanism.belt.bodies)
-        steps_per_call = max(1, STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // bodies)
+        steps_per_call = (
+            STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // max(BODIES_FOR_ALL_STEPS, self._belt.n)
+        )
         while True:
             while times.next <= stepper.t * (1.0 + TIME_TOLERANCE):
                 t = times.next
                 self._observer.sample(t, stepper.interpolate(t))
                 times.advance()
-                self._check_energy(t)
             if stepper.t >= end * (1.0 - TIME_TOLERANCE):
-                return False
-            if not stepper.prepared:
-                return True
+                self._observer.finish()
+                return
             on_step(stepper.t)
-            steps = min(self._steps_left(stepper.t), steps_per_call)
+            steps = min(self._steps_left(stepper.t), max(1, steps_per_call))
             limit = min((t for t in self._discontinuities if t > stepper.t), default=end)
             stepper.advance(min(limit, end), times.next, steps)
-            self._observer.check_belt(stepper)
+            self._observer.check_belt(stepper.t, stepper.interpolate(stepper.t))
 
     def _steps_left(self, t: float) -> int:
         """Return how many steps may be taken; stop where none is left."""
@@ -108,16 +112,6 @@ class BeltDrive:
         steps, rejected, _ = self._stepper.statistics
         return int(steps + rejected)
 
-    def _check_energy(self, t: float) -> None:
-        """Stop where there is more energy than was stored or put in."""
-        excess = self._observer.energy_gain
-        if excess > MAX_ENERGY_GAIN:
-            raise Diverged(
-                f"at t = {t:.9g} s the belt has {excess:.3g} times the energy that it was given:"
-                " the steps are unstable; give a smaller solver.step or solver.max_step, or a"
-                " smaller rtol"
-            )
-
     def statistics(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and evaluations of the right-hand side so far."""
         steps, rejected, evaluations = self._stepper.statistics
@@ -127,27 +121,104 @@ class BeltDrive:
         """Return all that the rest of the run depends on; None before the start."""
         if not self._started:
             return None
-        parts = {f"stepping.{k}": v for k, v in self._stepper.checkpoint_arrays().items()}
+        parts = {f"stepping.{k}": v for k, v in self._stepper.arrays().items()}
         numbers = {name: np.array(v, dtype=np.float64) for name, v in parts.items()}
-        return {**numbers, **dump_part(self._times, "times"), **self._observer.samples.state()}
+        return {**numbers, **dump_part(self._times, "times"), **self._observer.state()}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take over the state of another simulation of the same scenario."""
-        stepper, like = self._stepper, self._observer.sample_at_start()
-        for name, array in stepper.checkpoint_arrays().items():
+        for name, array in self._stepper.arrays().items():
             values = require_array(state, f"stepping.{name}", np.float64, ndim=array.ndim)
             if values.shape != array.shape:
                 raise unfit(f"stepping.{name}", "is of another type or shape")
+            if array.dtype.kind == "i" and not np.all((values >= 0.0) & (values <= MAX_COUNT)):
+                raise unfit(f"stepping.{name}", "is out of range")
             array[...] = values
+        self._check_runs()
         load_part(self._times, "times", state)
-        self._observer.samples.restore(state, like)
-        if len(self._observer.samples) != self._times.count:
+        if self._observer.restore(state, self._start) != self._times.count:
             raise unfit("samples.time", "is of another type or shape")
         self._started, self._tried_before = True, self._steps_tried
+
+    def _check_runs(self) -> None:
+        """Refuse runs of bodies that are none, through which kernels would write elsewhere."""
+        belt = self._belt
+        pulley, first, end = belt.runs[: belt.n_runs[0]].T
+        inside = (pulley < belt.pul.shape[1]) & (first < end) & (end <= belt.full)
+        in_blocks = (first % BLOCK == 0) & (end % BLOCK == 0)
+        if belt.n_runs[0] > len(belt.runs) or not np.all(inside & in_blocks):
+            raise unfit("stepping.runs", "is out of range")
 
     def observe(self) -> SimulationResult:
         """Return the samples so far, with the quantities and checks that follow from them."""
         return self._observer.observe()
+
+
+def stepper_of(scenario: "BeltDriveScenario", belt: Belt, rest: Rest, start: Array) -> Any:
+    """Return the belt between two steps of the scenario's method; numba is imported here."""
+    settings = scenario.solver
+    if settings.backend == "moreau":
+        from frictionsim.mechanisms.belt_drive.moreau import MoreauStepper
+
+        frequency, stiffness = max_frequency(belt, rest), deepest_contact_stiffness(belt, rest)
+        return MoreauStepper(belt, start, rest, settings, frequency, stiffness)
+    from frictionsim.mechanisms.belt_drive.rkf45 import RKF45Stepper
+
+    scales, eigenvalues = error_scales(belt, rest), wave_eigenvalues(belt, rest)
+    return RKF45Stepper(belt, start, settings, scales, eigenvalues)
+
+
+class Compilation:
+    """Compilation statistics of a `with` block.
+
+    Attributes
+    ----------
+    seconds : float
+        How long it took; 0 where every kernel was on the disk.
+    noticed : bool
+    """
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self.noticed = False
+
+
+@contextmanager
+def announce_compilation(expected: float, monitor: "RunMonitor") -> Iterator[Compilation]:
+    """Announce and time the compilations in a `with` block.
+
+    Parameters
+    ----------
+    expected : float
+        Seconds that it should take.
+    monitor : RunMonitor
+        Its `compiling` is entered when something is compiled.
+    """
+    from numba.core import event
+
+    LOG.info("folder of the compiled kernels: %s", folder_of_build())
+    compilation = Compilation()
+
+    class Listener(event.Listener):
+        """Hears of each kernel that is compiled because it is not on the disk."""
+
+        def on_start(self, event: Any) -> None:
+            """Announce the first."""
+            if not compilation.noticed:
+                stack.enter_context(monitor.compiling(expected))
+                LOG.info("compilation of kernels starts")
+            compilation.noticed = True
+
+        def on_end(self, event: Any) -> None:
+            """Do nothing: there may be more."""
+
+    with ExitStack() as stack:
+        started = perf_counter()
+        with event.install_listener("numba:compile", Listener()), without_collection():
+            yield compilation
+        if compilation.noticed:
+            compilation.seconds = perf_counter() - started
+            LOG.info("kernels compiled in %.3g s", compilation.seconds)
 
 
 def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:

@@ -1,8 +1,18 @@
-"""Channels of a belt drive, and those of its default plot."""
+"""Channels of a belt drive, those of its default plot, and the samples of a run."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from frictionsim.results import Channel
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
+    Array = npt.NDArray[np.float64]
 
 CHANNELS = {
     "pulley_angle": Channel("rad", "angle of the pulley", "pulley"),
@@ -43,3 +53,30 @@ def channels_of(pulleys: Sequence[str]) -> dict[str, Channel]:
     index = CHANNELS["pulley_index"]
     flags = (*index.flags, *enumerate(pulleys))
     return CHANNELS | {"pulley_index": index._replace(flags=flags)}
+
+
+class BeltSamples(NamedTuple):
+    """The samples of a run, from which summary, audit, transitions and warnings follow.
+
+    Attributes
+    ----------
+    scenario : BeltDriveScenario
+    body_length : float, m
+        Unstretched.
+    pretension : float, N
+        The mean tension at rest.
+    time : (n,), s
+    seen : dict of (n, ...)
+        What `sampling` keeps of each sample, by name.
+    """
+
+    scenario: "BeltDriveScenario"
+    body_length: float
+    pretension: float
+    time: "Array"
+    seen: "dict[str, Array]"
+
+    @property
+    def radii(self) -> "Array":
+        """The radii of the pulleys, (pulleys,), m."""
+        return np.array([pulley.radius for pulley in self.scenario.mechanism.pulleys])

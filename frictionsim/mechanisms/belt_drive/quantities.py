@@ -1,28 +1,25 @@
-"""The quantities of a belt drive's summary, and the checks of its run.
+"""The quantities of a belt drive's summary, and the checks of its run: all from its samples.
 
-The audit `torque_balance`: what turns the pulleys against what the belt shows of it.
+Means are over the last fifth of a run. With a patch the motion repeats as often as the belt goes
+round, with sines of one frequency as often as they do: the means are over whole periods then.
 
-Two ways to the same force, from the samples alone. Of a pulley of radius R and inertia I that the
-belt passes in the sense sigma (+1 counter-clockwise),
+The audit `torque_balance` compares, at every pulley of radius R and inertia I that the belt passes
+in the sense sigma (+1 counter-clockwise), what turns it with what the belt shows of that:
 
-    I (omega_1 - omega_0) = integral of M - R sum T             over the whole run
-    T_in - T_out = sigma (<M> - I <alpha>)/R - m <a> + w        over its last fifth
+    0 = <M>/R - I <alpha>/R - <sum T>
+    0 = sigma (<M>/R - I <alpha>/R) - <T_in - T_out> - m <a> + w
 
-with the torque M on it from outside, the friction T of all bodies on it, and the mean tensions
-of the spans before and after it. m is the mass of the belt from the middle of the one span to the
-middle of the other, a its acceleration, and w its weight along the belt. A belt that bends also
-carries moments in its spans: EI/R exp(-x sqrt(T/EI)) at the distance x from a pulley, which count
-as uncertain.
+with the torque M on it from outside, the friction T of all bodies on it, and the mean tensions of
+the spans before and after it. m is the mass of the belt from the middle of the one span to the
+middle of the other, a its acceleration, and w its weight along the belt.
 """
 
-from itertools import pairwise
 from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.averaging import averaging_of
-from frictionsim.mechanisms.belt_drive.kernels.system import INERTIA, PULLEY_RADIUS, Array
+from frictionsim.mechanisms.belt_drive.belt import patch_bodies
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
     mean_power,
@@ -31,204 +28,151 @@ from frictionsim.mechanisms.belt_drive.slip import (
     speed_at_rest,
 )
 from frictionsim.results import Check, Quantities, Quantity
-from frictionsim.scenario.methods import SET_VALUED
-from frictionsim.simulation.averages import BATCHES, last_part, time_mean
+from frictionsim.scenario.signal_tables import SineTable
+from frictionsim.simulation.averages import (
+    LAST_PART,
+    last_part,
+    last_periods,
+    last_seconds,
+    smooth_mean,
+    standard_error,
+    time_mean,
+)
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.model import BeltModel
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+    import numpy.typing as npt
 
+    from frictionsim.mechanisms.belt_drive.channels import BeltSamples
 
-# Of the largest force: bodies press some hundredths of a radius deep, where their friction has
-# another lever than the rim; 0.8 % in the belt of the paper.
-LIMIT = 0.02
-# Bodies of the length l lie on a pulley as a polygon, whose corners are off the rim by (l/R)^2/8:
-# this times (l/R)^2 is what they do to the force, or, where the belt hardly moves over a pulley and
-# a corner may hold it, to the tension. Wrap factors leave of the force what is of higher order.
-CORNER_FACTOR = 1.0 / 4.0
-MIN_BODIES = 10.0  # that pass while corners even out
-# Forces of less than this share of the tension are what corners and contacts make at random.
-MIN_FORCE = 0.05
-STANDARD_ERRORS = 4.0  # by which a mean of samples may be off
-# Least duration of a mean, in times of a wave once along the belt and back.
-MIN_ROUND_TRIPS = 4.0
+    Array = npt.NDArray[np.float64]
 
-
-class ForceDifference(NamedTuple):
-    """The difference of two ways to one force at each pulley, and its uncertainty, N."""
-
-    off: Array
-    uncertain: Array
-
-
-def torque_balance(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
-) -> Check:
-    """Return the difference of the two ways at the pulley where it is most, and its limit.
-
-    Both are over the largest force. The limit counts what the means of the samples are uncertain
-    by, what corners may do, and moments of bending in the middle of short spans.
-    """
-    radius = model.system.pulleys.table[PULLEY_RADIUS]
-    torque = seen["_torque"] / radius
-    turned = seen["_speed"] * model.system.pulleys.table[INERTIA] / radius
-    rim = torque - seen.get("_friction", np.zeros_like(torque))
-    last = last_part(time)
-    fall = np.roll(seen["_span_tension"], 1, axis=1) - seen["_span_tension"]
-    means = [time_mean(time, torque), time_mean(time[last], fall[last])]
-    least = MIN_FORCE * float(np.mean(seen["_span_tension"]))
-    largest = max(least, float(np.max(np.abs(means))))
-    belt, differences = scenario.mechanism.belt, [_difference(time, rim, turned)]
-    wave = np.sqrt(belt.axial_rigidity / belt.mass_per_length)
-    if np.ptp(time[last]) * wave > MIN_ROUND_TRIPS * scenario.mechanism.path().length:
-        last_samples = {name: values[last] for name, values in seen.items()}
-        differences.append(_difference_of_spans(scenario, model, time[last], last_samples))
-    off, uncertain = (np.concatenate(parts) / largest for parts in zip(*differences, strict=True))
-    limit = LIMIT + uncertain
-    worst = int(np.argmax(off / limit))
-    return Check(float(off[worst]), float(limit[worst]))
-
-
-def _difference_of_spans(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
-) -> ForceDifference:
-    """Return the difference between the spans of each pulley and the torque on it.
-
-    Zero where bodies do not touch the pulley all the time, or no other: it has not two spans then.
-    """
-    path, density = scenario.mechanism.path(), scenario.mechanism.belt.mass_per_length
-    radius, inertia = model.system.pulleys.table[PULLEY_RADIUS], model.system.pulleys.table[INERTIA]
-    wrap_angle = np.array([arc.wrap_angle for arc in path.arcs])
-    straight = np.array([np.hypot(*np.subtract(s.end, s.start)) for s in path.spans])
-    mass = density * (np.abs(wrap_angle) * radius + 0.5 * (straight + np.roll(straight, 1)))
-    spans = seen["_span_tension"]
-    fall = np.roll(spans, 1, axis=1) - spans
-    force = fall - np.sign(wrap_angle) * seen["_torque"] / radius
-    if model.system.effects.gravity is not None:
-        middle = np.array([0.5 * np.add(s.start, s.end) for s in path.spans])
-        height = -middle @ np.array(
-            [model.system.effects.gravity.x, model.system.effects.gravity.y]
-        )
-        force = force - density * (np.roll(height, 1) - height)
-    gained = np.sign(wrap_angle) * seen["_speed"] * inertia / radius + np.outer(
-        seen["_belt_speed"], mass
-    )
-    off, chance = _difference(time, force, -gained)
-    length = model.system.chain.length
-    passed = np.max(np.abs(time_mean(time, seen["_speed"]))) * radius * np.ptp(time) / length
-    moving = CORNER_FACTOR * (length / radius) ** 2 * np.max(np.abs(time_mean(time, fall)))
-    if model.system.contacts.wrap is not None:
-        moving *= (length / radius) ** 2
-    still = CORNER_FACTOR * (length / radius) ** 2 * spans.mean()
-    corners = np.where(passed > MIN_BODIES, moving, still)
-    if scenario.guided:
-        corners = np.zeros_like(corners)
-    touched = np.all(seen["_touching"] > 0.0, axis=0)
-    judged = touched & (np.sum(touched) > 1)
-    return ForceDifference(
-        np.where(judged, off, 0.0), chance + corners + _moments(scenario, straight, spans)
-    )
-
-
-def _difference(time: Array, force: Array, momentum: Array) -> ForceDifference:
-    """Return the mean of forces less the gain of momentum; their scatter makes it uncertain.
-
-    Parameters
-    ----------
-    time : (n,), s
-    force : (n, np), N
-    momentum : (n, np), N s
-    """
-    ends = np.unique(np.linspace(0, len(time) - 1, BATCHES + 1).astype(int))
-    if len(ends) < 3:  # nothing is told of the scatter
-        return ForceDifference(np.zeros(force.shape[1]), np.zeros(force.shape[1]))
-    batches = [slice(a, b + 1) for a, b in pairwise(ends)]
-    forces = np.array([time_mean(time[of], force[of]) for of in batches])
-    weights = np.diff(time[ends])
-    off = forces - np.diff(momentum[ends], axis=0) / weights[:, None]
-    chance = STANDARD_ERRORS * off.std(axis=0, ddof=1) / np.sqrt(len(batches))
-    return ForceDifference(np.abs(np.average(off, axis=0, weights=weights)), chance)
-
-
-def _moments(scenario: "BeltDriveScenario", straight: Array, spans: Array) -> Array:
-    """Return the forces at the rim that moments in the middle of the spans could stand for, N."""
-    if scenario.effects.bending is None:
-        return np.zeros(len(straight))
-    rigidity = scenario.effects.bending.rigidity
-    tension = np.maximum(np.min(spans, axis=0), 0.0)
-    decay = np.exp(-0.5 * straight * np.sqrt(tension / rigidity))
-    radius = np.array([pulley.radius for pulley in scenario.mechanism.pulleys])
-    return rigidity / radius**2 * (decay + np.roll(decay, 1))
-
-
-MIN_RELATIVE_WORK = 1e-6  # of the energy in the springs: less work counts as zero
-
+# Of the energy in the springs: less work than this share is none.
+MIN_RELATIVE_WORK = 1e-6
 # A fixed step closes the energies to second order, the adaptive one to its tolerance; both see
 # the jumps of contacts that open, which neither locates.
 ENERGY_LIMIT = 5e-3
 # A run in which less than this share of the stored energy moved has nothing to be relative to.
 STORED_SHARE = 1e-3
-ROUNDING = 1e-9
+FRICTION_LIMIT = 1e-9  # rounding
 # While residual slip relaxes, friction may do a little positive work: of its heat, or, where this
 # is small against the energies of the run, a hundredth of what their balance may be off.
 POWER_LIMIT = 1e-3
 SMALL_HEAT = 0.01 * ENERGY_LIMIT / POWER_LIMIT
+# Of the largest force: bodies press some hundredths of a radius deep, where their friction has
+# another lever than the rim; 0.8 % in the belt of the paper.
+FORCE_LIMIT = 0.02
+# Forces of less than this share of the tension are what corners and contacts make at random.
+MIN_FORCE = 0.05
+STANDARD_ERRORS = 4.0  # by which a mean of samples may be off
+MIN_ROUND_TRIPS = 4.0  # of a wave along the belt in a run whose spans are judged
+# Bodies of the length l lie on a pulley as a polygon, whose corners are off the rim by (l/R)^2/8;
+# those where the belt comes and goes may differ: this times (l/R)^2 is what they do to a force.
+CORNER_FACTOR = 1.0 / 4.0
 
 
-def quantities_of(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
-) -> Quantities:
-    """Return the summary's quantities; means are over the samples of `averaging_of`.
+# --- the part of a run that means are over ------------------------------------------------------
 
-    Parameters
+
+class Averaging(NamedTuple):
+    """The samples that means are over.
+
+    Attributes
     ----------
-    time : (n,), s
-    seen : dict of (n, ...)
-        What the observer keeps of each sample.
+    samples : (n,) of bool
+    periods : int
+        How many whole periods they are; none for the last fifth.
+    to_go : (n,) or None
+        Periods from each sample to the end of the run, of a motion that has one.
     """
-    quantities: Quantities = {}
+
+    samples: "npt.NDArray[np.bool_]"
+    periods: int
+    to_go: "Array | None"
+
+    @property
+    def words(self) -> str:
+        """What they are, for messages."""
+        if not self.periods:
+            return f"the last {round(100.0 * LAST_PART)} % of the run"
+        return f"the last {self.periods} whole period{'s' if self.periods > 1 else ''} of the run"
+
+    def mean_speed(self, time: "Array", speed: "Array") -> Any:
+        """Return the mean of speeds, (n, ...), whose ripple is not to be left over."""
+        mean = time_mean if self.periods else smooth_mean
+        return mean(time[self.samples], speed[self.samples])
+
+
+def averaging_of(run: "BeltSamples") -> Averaging:
+    """Return what the means of a run are over."""
+    to_go = _periods_to_go(run)
+    periods = 0 if to_go is None else last_periods(run.time, to_go)
+    if to_go is None or periods == 0:
+        return Averaging(last_part(run.time), 0, to_go)
+    first = int(np.argmin(np.abs(to_go - periods)))
+    return Averaging(last_seconds(run.time, run.time[-1] - run.time[first]), periods, to_go)
+
+
+def _periods_to_go(run: "BeltSamples") -> "Array | None":
+    """Return the periods from each sample to the end; None of a motion that has not one period."""
+    time, speed = run.time, run.seen["_belt_speed"]
+    terms = [term for drive in run.scenario.drive.values() for term in drive.terms]
+    sines = [term.sine for term in terms if isinstance(term, SineTable)]
+    frequencies = {sine.frequency_hz for sine in sines if sine.amplitude}
+    patched = bool(patch_bodies(run.scenario, run.body_length).any())
+    if len(frequencies) + patched != 1:
+        return None
+    if frequencies:
+        return np.asarray((time[-1] - time) * frequencies.pop())
+    belt = run.scenario.mechanism.belt
+    stretch = float(np.mean(run.seen["_mean_tension"])) / belt.axial_rigidity
+    passed = np.append(0.0, np.cumsum(0.5 * np.diff(time) * (speed[1:] + speed[:-1])))
+    return np.abs(passed[-1] - passed) / (run.body_length * belt.bodies * (1.0 + stretch))
+
+
+# --- the summary --------------------------------------------------------------------------------
+
+
+def quantities_of(run: "BeltSamples") -> Quantities:
+    """Return the summary's quantities of a run."""
+    time, seen, names = run.time, run.seen, run.scenario.mechanism.names
     if not time.size:
-        return quantities
-    averaging = averaging_of(scenario, model, time, seen)
-    last = averaging.samples
+        return {}
+    averaging = averaging_of(run)
+    last, friction = averaging.samples, run.scenario.effects.belt_friction is not None
 
     def mean(name: str) -> Any:
         return time_mean(time[last], seen[name][last])
 
-    names = scenario.mechanism.names
-    quantities["pretension"] = Quantity(float(seen["_mean_tension"][0]), "N")
     spans = mean("_span_tension")
-    quantities["tension_tight"] = Quantity(float(np.max(spans)), "N")
-    quantities["tension_slack"] = Quantity(float(np.min(spans)), "N")
-    for i, name in enumerate(names):
-        after = names[(i + 1) % len(names)]
-        quantities[f"tension_{name}_to_{after}"] = Quantity(float(spans[i]), "N")
-    power = mean_power(time[last], seen["_torque"][last], seen["_speed"][last])
+    quantities = {
+        "pretension": Quantity(float(seen["_mean_tension"][0]), "N"),
+        "tension_tight": Quantity(float(np.max(spans)), "N"),
+        "tension_slack": Quantity(float(np.min(spans)), "N"),
+    }
+    for name, after, span in zip(names, [*names[1:], names[0]], spans, strict=True):
+        quantities[f"tension_{name}_to_{after}"] = Quantity(float(span), "N")
     # A ripple of 0.1 % of two speeds would be 1 % of their difference, the slip.
     speed = averaging.mean_speed(time, seen["_speed"])
     ends = ends_of(time, seen["_torque"], seen["_speed"], last)
     quantities["drive_speed"] = Quantity(float(speed[ends.drive]), "rad/s")
     quantities["driven_speed"] = Quantity(float(speed[ends.driven]), "rad/s")
-    radii = model.system.pulleys.table[PULLEY_RADIUS]
-    rims = speed * radii * senses_of(scenario.mechanism.path())
-    slip = float(slip_percent(rims, ends, min_rim_speed(scenario, time, seen)))
+    rims = speed * run.radii * senses_of(run.scenario.mechanism.path())
+    slip = float(slip_percent(rims, ends, min_rim_speed(run)))
     quantities["slip_percent"] = Quantity(slip if isfinite(slip) else None, "%")
-    quantities["efficiency"] = Quantity(
-        efficiency(time[last], power, losses(seen, last), _unused_energy(seen)), "1"
-    )
+    quantities["efficiency"] = Quantity(_efficiency(run, last), "1")
     touching, sticking = mean("_touching"), mean("_sticking")
-    if model.system.friction is not None:
+    if friction:
         share = float(np.sum(sticking) / np.sum(touching)) if np.sum(touching) else None
         quantities["stick_fraction"] = Quantity(share, "1")
-    for j, name in enumerate(names):
-        per_body = model.system.chain.length / model.system.pulleys.table[PULLEY_RADIUS, j]
-        quantities[f"contact_arc_{name}"] = Quantity(float(touching[j] * per_body), "rad")
-        if model.system.friction is not None:
-            quantities[f"adhesion_arc_{name}"] = Quantity(float(sticking[j] * per_body), "rad")
+    for name, radius, on, stuck in zip(names, run.radii, touching, sticking, strict=True):
+        per_body = run.body_length / radius
+        quantities[f"contact_arc_{name}"] = Quantity(float(on * per_body), "rad")
+        if friction:
+            quantities[f"adhesion_arc_{name}"] = Quantity(float(stuck * per_body), "rad")
     quantities["final_time"] = Quantity(float(time[-1]), "s")
     if averaging.periods:
         quantities["mean_duration"] = Quantity(float(np.ptp(time[last])), "s")
-    stored = sum(float(seen[name][0]) for name in ("energy_kinetic", "energy_potential"))
+    stored = float(seen["energy_kinetic"][0]) + float(seen["energy_potential"][0])
     quantities["initial_energy"] = Quantity(stored, "J")
     for name, energy in seen.items():
         if name.startswith("energy"):
@@ -236,48 +180,33 @@ def quantities_of(
     return quantities
 
 
-def min_rim_speed(scenario: "BeltDriveScenario", time: Array, seen: dict[str, Array]) -> float:
+def min_rim_speed(run: "BeltSamples") -> float:
     """Return the speed below which a rim is at rest, m/s: it may vibrate."""
-    last = last_part(time)
-    tension = float(np.mean(seen["_span_tension"][last]))
-    return speed_at_rest(tension, scenario.mechanism.belt.mass_per_length)
+    tension = float(np.mean(run.seen["_span_tension"][last_part(run.time)]))
+    return speed_at_rest(tension, run.scenario.mechanism.belt.mass_per_length)
 
 
-def _unused_energy(seen: dict[str, Array]) -> float:
-    """Return an energy, J, that is negligible against the energy stored."""
-    return MIN_RELATIVE_WORK * float(abs(seen["energy_potential"][0]))
-
-
-def losses(seen: dict[str, Array], last: Any) -> float:
-    """Return the heat of friction and dampers in a part of a run, J."""
-    heats = (seen[name][last] for name in ("energy_friction", "energy_damping") if name in seen)
-    return float(sum(heat[-1] - heat[0] for heat in heats))
-
-
-def efficiency(time: Array, power: Array, lost: float, least: float) -> float | None:
+def _efficiency(run: "BeltSamples", last: Any) -> float | None:
     """Return the work taken out, over the sum of it and the losses.
 
     That is the work put in less what the drive stores meanwhile, in motion and springs. None where
     nothing is taken out or lost.
-
-    Parameters
-    ----------
-    time : (n,), s
-    power : (np,), W
-        The mean of each pulley's, positive into the drive.
-    lost : float, J
-        In that time.
-    least : float, J
-        No more than this is nothing.
     """
+    time, seen = run.time[last], run.seen
+    heats = (seen[name][last] for name in ("energy_friction", "energy_damping") if name in seen)
+    lost = float(sum(heat[-1] - heat[0] for heat in heats))
+    power = mean_power(time, seen["_torque"][last], seen["_speed"][last])
     delivered = float(np.sum((-power).clip(min=0.0)) * np.ptp(time))
+    least = MIN_RELATIVE_WORK * float(abs(seen["energy_potential"][0]))
     return delivered / (delivered + lost) if delivered + lost > least else None
 
 
-def checks_of(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: Array, seen: dict[str, Array]
-) -> dict[str, Check]:
+# --- the audit ----------------------------------------------------------------------------------
+
+
+def checks_of(run: "BeltSamples") -> dict[str, Check]:
     """Return the audit: energies over the largest of them, forces over their limits."""
+    time, seen = run.time, run.seen
     if not time.size:
         return {}
     changes = {n: v - v[0] for n, v in seen.items() if n.startswith("energy")}
@@ -288,17 +217,89 @@ def checks_of(
     largest = max(float(np.max(np.abs(change))) for change in changes.values())
     largest = max(largest, STORED_SHARE * float(abs(seen["energy_potential"][0])))
     checks = {"energy_balance": _relative(float(np.max(np.abs(residual))), largest, ENERGY_LIMIT)}
-    if model.system.friction is not None:
+    if run.scenario.effects.belt_friction is not None:
         over, limit = np.max(seen["_excess"], axis=0)
-        checks["friction_law"] = _relative(over, limit, ROUNDING)
+        checks["friction_law"] = _relative(over, limit, FRICTION_LIMIT)
         driving, heat = np.mean(seen["_power"], axis=0) * np.ptp(time)
-        size = max(heat, SMALL_HEAT * largest)
-        checks["dissipation_sign"] = _relative(driving, size, POWER_LIMIT)
-        if scenario.law == SET_VALUED:
-            checks["release"] = Check(float(model.system.contacts.release[0]), ROUNDING)
-    checks["torque_balance"] = torque_balance(scenario, model, time, seen)
+        checks["dissipation_sign"] = _relative(
+            driving, max(heat, SMALL_HEAT * largest), POWER_LIMIT
+        )
+    checks["torque_balance"] = torque_balance(run)
     return checks
 
 
 def _relative(value: float, size: float, limit: float) -> Check:
     return Check(float(value / size if size > 0.0 else value) + 0.0, limit)  # no minus zero
+
+
+def torque_balance(run: "BeltSamples") -> Check:
+    """Return the difference of two ways to one force at the pulley where it is most, and its limit.
+
+    Both are means over the run, over the largest force. The limit counts what the means of samples
+    are uncertain by, and of spans what corners do and what bending moments stand for, `_allowance`.
+    """
+    time, seen, radius = run.time, run.seen, run.radii
+    path, belt = run.scenario.mechanism.path(), run.scenario.mechanism.belt
+    senses, spans = senses_of(path), seen["_span_tension"]
+    torque = seen["_torque"] / radius
+    momentum = seen["_speed"] * [p.inertia for p in run.scenario.mechanism.pulleys] / radius
+    fall = np.roll(spans, 1, axis=1) - spans
+    straight = np.array([np.hypot(*np.subtract(span.end, span.start)) for span in path.spans])
+    wrapped = radius * np.abs([arc.wrap_angle for arc in path.arcs])
+    mass = belt.mass_per_length * (wrapped + 0.5 * (straight + np.roll(straight, 1)))
+    on_belt = senses * torque - fall
+    if run.scenario.effects.gravity is not None:
+        height = np.array([0.5 * (span.start[1] + span.end[1]) for span in path.spans])
+        weight = belt.mass_per_length * run.scenario.effects.gravity.g
+        on_belt += weight * (np.roll(height, 1) - height)
+    off, uncertain = _mean_difference(
+        time,
+        np.hstack([torque - seen.get("_friction", np.zeros_like(torque)), on_belt]),
+        np.hstack([momentum, senses * momentum + np.outer(seen["_belt_speed"], mass)]),
+    )
+    # A pulley that bodies leave, or that no other stands beside, has not two spans. And what is in
+    # the middle of a span is told by waves.
+    touched = np.all(seen["_touching"] > 0.0, axis=0)
+    round_trip = path.length * np.sqrt(belt.mass_per_length / belt.axial_rigidity)
+    is_told = np.sum(touched) > 1 and np.ptp(time) > MIN_ROUND_TRIPS * round_trip
+    off[len(radius) :] *= touched & is_told
+    mean_fall = np.abs(time_mean(time, fall))
+    if not run.scenario.guided:
+        uncertain[len(radius) :] += _allowance(run, straight, mean_fall)
+    least = MIN_FORCE * float(np.mean(spans))
+    largest = max(least, float(np.max(mean_fall)), float(np.max(np.abs(time_mean(time, torque)))))
+    limit = FORCE_LIMIT + uncertain / largest
+    worst = int(np.argmax(off / limit))
+    return Check(float(off[worst] / largest), float(limit[worst]))
+
+
+def _allowance(run: "BeltSamples", straight: "Array", mean_fall: "Array") -> "Array":
+    """Return by how much the spans of bodies may be off, (pulleys,), N.
+
+    In a belt that moves each corner stands where the others stood, and of a difference of tensions
+    a share of it is off; in one at rest a share of the tension may be. A moment in the middle of a
+    span of the length x, EI/R exp(-x/2 sqrt(T/EI)), turns a pulley as well.
+    """
+    time, radius, spans = run.time, run.radii, run.seen["_span_tension"]
+    passed = np.max(np.abs(time_mean(time, run.seen["_speed"]))) * radius * np.ptp(time)
+    held = float(np.mean(spans)) / np.maximum(passed / run.body_length, 1.0)
+    allowed: Array = CORNER_FACTOR * (run.body_length / radius) ** 2 * (mean_fall + held)
+    if run.scenario.effects.bending is not None:
+        rigidity = run.scenario.effects.bending.rigidity
+        least = np.maximum(np.min(spans, axis=0), 0.0)
+        decay = np.exp(-0.5 * straight * np.sqrt(least / rigidity))
+        allowed += rigidity / radius**2 * (decay + np.roll(decay, 1))
+    return allowed
+
+
+def _mean_difference(time: "Array", force: "Array", momentum: "Array") -> tuple["Array", "Array"]:
+    """Return the mean of forces less the gain of momentum, (m,), N, and what it is uncertain by.
+
+    Of forces, (n, m), N, and momenta, (n, m), N s; of two samples nothing is told.
+    """
+    if len(time) < 3:
+        return np.zeros(force.shape[1]), np.zeros(force.shape[1])
+    steps = np.diff(time)
+    between = 0.5 * (force[1:] + force[:-1]) - np.diff(momentum, axis=0) / steps[:, None]
+    off = np.abs(np.average(between, axis=0, weights=steps))
+    return off, STANDARD_ERRORS * standard_error(between)

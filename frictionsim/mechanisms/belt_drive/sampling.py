@@ -1,419 +1,448 @@
-"""Samples of a belt drive: channels, and what the summary and the audit need."""
+"""Samples of a belt drive: channels, and what the summary and the audit need.
 
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+Contacts have rows over bodies, so that a channel of bodies is a row of contacts: of the pulley that
+presses each body.
+"""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from frictionsim.errors import BeltOffPulleys, Diverged
-from frictionsim.mechanisms.belt_drive.channels import CHANNELS
-from frictionsim.mechanisms.belt_drive.effects.base import previous_rows
-from frictionsim.mechanisms.belt_drive.effects.patch import patch_bodies
-from frictionsim.mechanisms.belt_drive.kernels.system import (
-    ANGLE,
-    ARC_LENGTH,
-    ARC_START,
-    FORCE_X,
-    FORCE_Y,
+from frictionsim.mechanisms.belt_drive.belt import (
+    BACKWARD,
+    DAMPING_HEAT,
+    ENERGIES,
+    FORWARD,
+    FRICTION,
+    FRICTION_HEAT,
+    FX,
+    FY,
+    INERTIA,
+    INPUT_ENERGY,
     MIDDLE,
+    MODE,
+    MU_K,
+    MU_S,
+    NORMAL,
+    PHI,
     POSITION,
-    PULLEY_RADIUS,
+    PX,
+    PY,
     RADIUS,
+    SLIP,
     SPEED,
+    STICKING,
     TENSION,
     TORQUE,
-    VELOCITY,
-    VX,
-    VY,
     Array,
-    ContactRows,
-    Indices,
+    Belt,
+    Line,
     X,
     Y,
-    kinematics_of,
+    patch_bodies,
+)
+from frictionsim.mechanisms.belt_drive.channels import CHANNELS, BeltSamples
+from frictionsim.mechanisms.belt_drive.energy import (
+    Shape,
+    before,
+    chain_of,
+    energies,
+    energy_on_line,
+    kinetic_energy,
+    shape_of,
 )
 from frictionsim.mechanisms.belt_drive.quantities import checks_of, quantities_of
 from frictionsim.mechanisms.belt_drive.run_warnings import warnings_of
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.mechanisms.belt_drive.transitions import transitions_of
 from frictionsim.results import SimulationResult
+from frictionsim.simulation.checkpoint import Arrays
 from frictionsim.simulation.sample_store import SampleStore
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.model import BeltModel
+    from frictionsim.mechanisms.belt_drive.equilibrium import Rest
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
-
 
 # Of the pretension: a belt whose tension is above mass_per_length times speed squared by less than
 # that is about to lift off. Its friction fades before it does.
 LIGHT = 0.02
 MAX_PENETRATION = 0.5  # of a radius: a body that gets further into a pulley does not come out again
+MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
+OF_FRICTION = {"friction_force", "slip_velocity", "sticking"}
+# So many samples are worked out at once, of so many contacts: of more no time is saved.
+MOST_AT_ONCE, NUMBERS_AT_ONCE = 64, 40_000
+IN_PLANE, ON_LINE = slice(FX, FY + 1), slice(TENSION, MIDDLE + 1)  # rows of joints
+CONTACT_ROWS = slice(NORMAL, MODE + 1)
+
+
+class States(NamedTuple):
+    """Samples as they are taken, m of them: copies of the state and of the belt's rows.
+
+    Attributes
+    ----------
+    time : (m,), s
+    kin : (m, rows, n)
+        The kinematics.
+    rest : (m, ...)
+        The state behind them.
+    con : (m, rows, pulleys, n)
+        The contacts' rows from NORMAL to MODE.
+    joints : (m, 2, n + 1)
+        FX and FY, on a line TENSION and MIDDLE.
+    speed, torque : (m, pulleys)
+    """
+
+    time: Array
+    kin: Array
+    rest: Array
+    con: Array
+    joints: Array
+    speed: Array
+    torque: Array
+
+    def contacts(self, row: int) -> Array:
+        """Return a row of the contacts, (m, pulleys, n)."""
+        return self.con[:, row - NORMAL]
 
 
 class Observer:
     """Samples of a belt drive, in a `SampleStore`.
 
-    Only the channels that are wanted are kept whole; of the others what the quantities need. The
-    system of the model holds the forces of the state that a sample is taken of.
+    A sample is a copy of rows. What is recorded of it, the wanted channels and what the quantities
+    need, is worked out for many samples at once: for one of 150 bodies NumPy takes twenty times as
+    long to be called as to calculate.
+
+    Parameters
+    ----------
+    scenario : BeltDriveScenario
+    belt : Belt
+    rest : Rest
+    force_per_impulse : float, 1/s
+        Makes a force of what the contacts hold as friction, if that is an impulse.
     """
 
-    def __init__(self, scenario: "BeltDriveScenario", model: "BeltModel") -> None:
-        self._scenario, self._model = scenario, model
-        # Makes a force of what the contacts hold as friction, if that is an impulse.
-        self.force_per_impulse = 1.0
-        self._bodies = scenario.mechanism.belt.bodies
-        self._system = system = model.system
-        self._energies = ["energy_input"]
-        if system.friction is not None:
-            self._energies.append("energy_friction")
-        if any(effect.dissipates(parameters) for effect, parameters in model.present_effects):
-            self._energies.append("energy_damping")
-        contact = {"friction_force", "slip_velocity", "sticking"}
-        absent = contact if system.friction is None else set()
+    def __init__(
+        self, scenario: "BeltDriveScenario", belt: Belt, rest: "Rest", force_per_impulse: float
+    ) -> None:
+        self._scenario, self._belt = scenario, belt
+        self._force_per_impulse = force_per_impulse
+        self._chain = chain_of(scenario, rest.body_length)
+        self._pretension = float(np.mean(rest.tension))
+        self._path = scenario.mechanism.path()
+        self._patch = patch_bodies(scenario, rest.body_length)
+        self._mu_s, self._mu_k = belt.con[[MU_S, MU_K], :, : belt.n]
+        self._distinct = belt.distinct
+        self._energies = {"energy_input": INPUT_ENERGY}
+        if belt.has_friction:
+            self._energies["energy_friction"] = FRICTION_HEAT
+        if belt.has_dampers:
+            self._energies["energy_damping"] = DAMPING_HEAT
+        absent = set() if belt.has_friction else OF_FRICTION
         wanted = scenario.output.channels
         self._wanted = [
             name
             for name, channel in CHANNELS.items()
             if channel.axis and name not in absent and (wanted is None or name in wanted)
         ]
-        self._patch = patch_bodies(scenario.effects.patch, system.chain)
-        self.samples = SampleStore()
-        self.energy_gain = 0.0  # energy that came from nowhere, over what was stored and put in
+        self._samples = SampleStore()
+        self._states = self._room(max(1, min(MOST_AT_ONCE, NUMBERS_AT_ONCE // belt.con[0].size)))
+        self._waiting = self._checked = 0  # samples
+        self._first_velocity = belt.angles // belt.width // 2  # row of the kinematics
+        self._squares = 0.0  # the largest sum of squares of velocities of those worked out
 
-    def check_belt(self, stepper: Any) -> None:
-        """Stop where the belt has left its pulleys, or is pressed through one."""
-        contacts = self._system.contacts
-        count = contacts.offsets[-1]
-        if count == 0:
-            raise BeltOffPulleys(
-                f"the belt has left its pulleys at t = {stepper.t:.9g} s; is the pretension too"
-                " low, or a torque too high?"
-            )
-        kinematics = self._kinematics(stepper.interpolate(stepper.t))
-        filled = np.flatnonzero(contacts.table[RADIUS, :count] > 0.0)
-        body, near = contacts.body[filled].astype(np.int64), ContactRows(*contacts.table[:, filled])
-        x, y = kinematics[X, body] - near.centre_x, kinematics[Y, body] - near.centre_y
-        share = 1.0 - np.hypot(x, y) / near.radius
-        deepest = int(np.argmax(share))
-        if share[deepest] > MAX_PENETRATION:
-            raise BeltOffPulleys(
-                f"body {body[deepest]} of the belt is pressed {100 * share[deepest]:.0f} % of the"
-                f" radius into a pulley at t = {stepper.t:.9g} s; stiffen effects.contact, or lower"
-                " the tension"
-            )
-
-    def _kinematics(self, state: Array) -> Array:
-        rows: Array = kinematics_of(state, self._system.layout)
-        return rows[:, : self._bodies]
+    def _room(self, samples: int) -> States:
+        belt = self._belt
+        pulleys = belt.pul.shape[1]
+        return States(
+            np.empty(samples),
+            np.empty((samples, belt.angles // belt.width, belt.n)),
+            np.empty((samples, belt.energies + ENERGIES - belt.angles)),
+            np.empty((samples, *belt.con[CONTACT_ROWS, :, : belt.n].shape)),
+            np.empty((samples, 2, belt.n + 1)),
+            np.empty((samples, pulleys)),
+            np.empty((samples, pulleys)),
+        )
 
     @property
     def states(self) -> int:
         """How many numbers are integrated: those of the state that this scenario needs."""
-        layout = self._system.layout
-        rows = layout.angles // layout.width
-        return rows * self._bodies + layout.energies - layout.angles + len(self._energies)
+        belt = self._belt
+        rows = belt.angles // belt.width
+        return rows * belt.n + belt.energies - belt.angles + len(self._energies)
+
+    def check_belt(self, t: float, state: Array) -> None:
+        """Stop where the belt has left its pulleys, is pressed through one, or passes itself."""
+        belt, kin = self._belt, self._belt.kinematics(state)[:, : self._belt.n]
+        if belt.line is not None:
+            spacing = np.diff(kin[POSITION], append=kin[POSITION, 0] + belt.line.length)
+            if np.min(spacing) <= 0.0:
+                raise Diverged(
+                    f"bodies {int(np.argmin(spacing))} and the next have passed each other at"
+                    f" t = {t:.9g} s: without effects.contact a slack span goes into compression"
+                    " instead of sagging; raise mechanism.belt.pretension, or add [effects.contact]"
+                )
+            return
+        if belt.n_runs[0] == 0:
+            raise BeltOffPulleys(
+                f"the belt has left its pulleys at t = {t:.9g} s; is the pretension too low, or a"
+                " torque too high?"
+            )
+        x, y, radius = belt.pul[[PX, PY, RADIUS]][..., None]
+        depth = 1.0 - np.sqrt((kin[X] - x) ** 2 + (kin[Y] - y) ** 2) / radius
+        if np.max(depth) > MAX_PENETRATION:
+            body = int(np.argmax(np.max(depth, axis=0)))
+            raise BeltOffPulleys(
+                f"body {body} of the belt is pressed {100 * np.max(depth):.0f} % of the radius into"
+                f" a pulley at t = {t:.9g} s; stiffen effects.contact, or lower the tension"
+            )
+
+    # --- samples are taken ----------------------------------------------------------------------
 
     def sample(self, t: float, state: Array) -> None:
-        """Add the sample of time t."""
-        self.samples.append(self._sample(t, state))
-        self._check_energy()
+        """Take the sample of time t, of whose state the belt's rows have the forces.
 
-    def sample_at_start(self) -> dict[str, Any]:
-        """Return a sample of the start as a template, whatever the forces are."""
-        return self._sample(0.0, self._model.state)
-
-    def _sample(self, t: float, state: Array) -> dict[str, Any]:
-        kinematics = self._kinematics(state)
-        channels = {**self._body_channels(kinematics), **self._pulley_channels(state)}
-        seen = {name: channels[name] for name in self._wanted}
-        return {"time": t, **seen, **self._quantities(state, kinematics, channels)}
-
-    def _check_energy(self) -> None:
-        """Compare what the belt has with what it was given.
-
-        Dissipated energy is ignored: it can only lower the total.
+        Raises
+        ------
+        Diverged
+            There is more energy than was stored or put in; of this sample or one before.
         """
-        samples = self.samples
-        energy_input = samples.gain("energy_input")
-        has = samples.gain("energy_kinetic") + samples.gain("energy_potential")
-        stored = abs(float(samples.first("energy_potential"))) + abs(energy_input)
-        self.energy_gain = (has - energy_input) / stored if stored > 0.0 else 0.0
+        self._copy(t, state, self._waiting, self._states)
+        velocities = self._states.kin[self._waiting, self._first_velocity :].ravel()
+        squares = float(velocities @ velocities)
+        self._waiting += 1
+        # Energy that comes from nowhere may grow beyond all numbers within a few samples.
+        if self._waiting == len(self._states.time) or not squares <= 2.0 * self._squares:
+            self._squares = max(self._squares, squares)
+            self.finish()
 
-    def _body_channels(self, kinematics: Array) -> dict[str, Array]:
-        contacts = self._system.contacts
-        count = contacts.offsets[-1]
-        # A body may be a candidate of two pulleys, and is pressed on one.
-        candidates = ContactRows(*contacts.table[:, :count])
-        filled = np.flatnonzero((candidates.radius > 0.0) & (candidates.normal > 0.0))
-        body, pressed = (
-            contacts.body[filled].astype(np.int64),
-            ContactRows(*contacts.table[:, filled]),
+    def _copy(self, t: float, state: Array, k: int, states: States) -> None:
+        belt, n = self._belt, self._belt.n
+        states.time[k] = t
+        states.kin[k] = belt.kinematics(state)[:, :n]
+        states.rest[k] = state[belt.angles : belt.energies + ENERGIES]
+        states.con[k] = belt.con[CONTACT_ROWS, :, :n]
+        states.joints[k] = belt.work[IN_PLANE if belt.line is None else ON_LINE, : n + 1]
+        states.speed[k] = belt.pul[SPEED]
+        states.speed[k, belt.free] = state[belt.speeds : belt.energies]
+        states.torque[k] = belt.pul[TORQUE]
+
+    def finish(self) -> None:
+        """Work out the samples that wait, and check their energies; `Diverged` as of `sample`."""
+        self._work_out()
+        first, last = self._checked, len(self._samples)
+        gained = {
+            name: self._samples.channel(name, last)[first:] - self._samples.first(name)
+            for name in ("energy_input", "energy_kinetic", "energy_potential")
+        }
+        stored = abs(float(self._samples.first("energy_potential"))) + abs(gained["energy_input"])
+        # Dissipated energy is ignored: it can only lower the total.
+        created = sum(gained.values()) - 2.0 * gained["energy_input"]
+        for k in np.flatnonzero(created > MAX_ENERGY_GAIN * stored)[:1]:
+            raise Diverged(
+                f"at t = {self._samples.channel('time', last)[first + k]:.9g} s the belt has"
+                f" {created[k] / stored[k]:.3g} times the energy that it was given: the steps are"
+                " unstable; give a smaller solver.step or solver.max_step, or a smaller rtol"
+            )
+        self._checked = last
+
+    def _work_out(self) -> None:
+        if self._waiting:
+            states = States(*(of[: self._waiting] for of in self._states))
+            self._samples.extend(self._worked_out(states))
+            self._waiting = 0
+
+    # --- what is recorded of them ---------------------------------------------------------------
+
+    def _worked_out(self, states: States) -> dict[str, Any]:
+        """Return the wanted channels and what quantities need, (m, ...), of samples."""
+        belt, chain, line = self._belt, self._chain, self._belt.line
+        velocities = states.kin[:, self._first_velocity :]
+        if line is None:
+            x, y, angle = states.kin[:, X], states.kin[:, Y], states.kin[:, PHI]
+            shape = shape_of(chain, x, y, angle)
+            potential = energies(chain, shape).sum(axis=-1)
+            along = velocities[:, 0] * shape.cos + velocities[:, 1] * shape.sin
+            tension = _tension(states.joints[:, :, : belt.n], shape)
+        else:
+            x, y, angle = self._places_on_line(states.kin[:, POSITION])
+            potential = energy_on_line(chain, line.length, states.kin[:, POSITION])
+            along, tension = velocities[:, 0], states.joints[:, 0, : belt.n]
+        bodies, power = self._contacts_of_bodies(states)
+        pulley = bodies["pulley_index"]
+        channels = {
+            "pulley_angle": states.rest[:, : belt.speeds - belt.angles],
+            "pulley_speed": states.speed,
+            "pulley_torque": states.torque,
+            "x": x,
+            "y": y,
+            "angle": angle,
+            **bodies,
+            "tension": tension,
+        }
+        behind = belt.energies - belt.angles
+        return {
+            "time": states.time,
+            **{name: channels[name] for name in self._wanted},
+            **{name: states.rest[:, behind + k] for name, k in self._energies.items()},
+            "energy_kinetic": kinetic_energy(chain, velocities, belt.pul[INERTIA], states.speed),
+            "energy_potential": potential,
+            "_speed": states.speed,
+            "_torque": states.torque,
+            "_mean_tension": tension.mean(axis=-1),
+            "_belt_speed": along.mean(axis=-1),
+            "_span_tension": span_tensions(tension, pulley, belt.pul.shape[1]),
+            **self._lengths_on_pulleys(states),
+            **self._friction_on_pulleys(states),
+            "_patch": np.sum(pulley[:, self._patch] >= 0, axis=-1),
+            "_power": power,
+        }
+
+    def _contacts_of_bodies(self, states: States) -> tuple[dict[str, Any], Array]:
+        """Return the channels of contact, (m, n), of the pulley that presses each body.
+
+        And the power with which friction drives bodies that slide, and that of all of it, (m, 2),
+        W. What residual slip a body has that is held relaxes within steps, in either direction.
+        Where static and kinetic friction differ, its mode says that it is held; at its limit, too.
+        """
+        pressed = states.contacts(NORMAL) > 0.0
+        own, touched = pressed.argmax(axis=1)[:, None], pressed.any(axis=1)
+        normal, friction, slip, sticking, mode = (
+            np.take_along_axis(states.contacts(row), own, axis=1)[:, 0] * touched
+            for row in (NORMAL, FRICTION, SLIP, STICKING, MODE)
         )
-        friction = pressed.friction * self.force_per_impulse
-        rows = self._places(kinematics)
-        rows["pulley_index"] = np.full(self._bodies, -1.0)
-        rows["pulley_index"][body] = np.searchsorted(contacts.offsets, filled, side="right") - 1.0
-        for name, values in (
-            ("normal_force", pressed.normal),
-            ("friction_force", friction),
-            ("slip_velocity", pressed.slip),
-            ("sticking", pressed.sticking),
-            ("_mode", pressed.mode),
-            ("_utilisation", utilisation(pressed, friction)),
-        ):
-            rows[name] = np.zeros(self._bodies)
-            rows[name][body] = values
-        rows["tension"] = self._tension(kinematics)
-        return rows
-
-    def _places(self, kinematics: Array) -> dict[str, Array]:
-        return {"x": kinematics[X], "y": kinematics[Y], "angle": kinematics[ANGLE]}
-
-    def _tension(self, kinematics: Array) -> Array:
-        """Return the tension of every joint; negative in compression."""
-        force_x = self._system.workspace[FORCE_X, : self._bodies]
-        force_y = self._system.workspace[FORCE_Y, : self._bodies]
-        angle = kinematics[ANGLE]
-        cos, sin = np.cos(angle), np.sin(angle)
-        along = force_x * (cos + previous_rows(cos)) + force_y * (sin + previous_rows(sin))
-        return np.copysign(np.hypot(force_x, force_y), along)
-
-    def _pulley_channels(self, state: Array) -> dict[str, Array]:
-        layout = self._system.layout
-        return {
-            "pulley_angle": state[layout.angles : layout.speeds],
-            "pulley_speed": self._speeds(state),
-            "pulley_torque": self._system.pulleys.table[TORQUE],
+        friction *= self._force_per_impulse
+        power = friction * slip
+        slides = (sticking == 0.0) & ((mode != 0.0) if self._distinct else True)
+        driving = (-power * slides).clip(min=0.0).sum(axis=-1)
+        channels = {
+            "normal_force": normal,
+            "friction_force": friction,
+            "slip_velocity": slip,
+            "sticking": sticking,
+            "pulley_index": np.where(touched, own[:, 0], -1),
         }
+        return channels, np.stack([driving, np.abs(power).sum(axis=-1)], axis=-1)
 
-    def _speeds(self, state: Array) -> Array:
-        """Return the speeds of all pulleys; the free ones have theirs in the state."""
-        pulleys = self._system.pulleys
-        speeds = pulleys.table[SPEED].copy()
-        layout = self._system.layout
-        speeds[pulleys.free] = state[layout.speeds : layout.energies]
-        return speeds
+    def _places_on_line(self, position: Array) -> tuple[Array, Array, Array]:
+        length = self._path.length
+        rounds = np.floor(position / length)
+        within = np.minimum(position - rounds * length, np.nextafter(length, 0.0))
+        points = self._path.at(within.ravel())
+        x, y = points.position.T.reshape(2, *position.shape)
+        angle = points.angle.reshape(position.shape) + rounds * self._path.total_turning
+        return x, y, angle
 
-    def _quantities(
-        self, state: Array, kinematics: Array, channels: dict[str, Array]
-    ) -> dict[str, Any]:
-        """Return the values of a sample that quantities and audit need, whatever is recorded."""
-        table, layout = self._system.pulleys.table, self._system.layout
-        speeds, tension, pulley = (
-            channels[name] for name in ("pulley_speed", "tension", "pulley_index")
+    def _lengths_on_pulleys(self, states: States) -> dict[str, Array]:
+        """Return how many bodies' lengths touch each pulley, and on how many of them it sticks.
+
+        On a line parts of lengths count as such; and the angle, rad, over which a string is hardly
+        pressed on a pulley is told.
+
+        The friction is at its limit on the sliding arc and zero on the arc of adhesion, but for
+        waves, whose mean is zero, and for the body between the two: the share of its limit is that
+        of its length that slides. Counted as a whole it would make an error of first order. Where
+        no body sticks there is no adhesion.
+        """
+        normal, friction = states.contacts(NORMAL), states.contacts(FRICTION)
+        on, sticking = normal > 0.0, states.contacts(STICKING) > 0.0
+        lengths, light = on.astype(np.float64), {}
+        if self._belt.line is not None:
+            parts = on * self._parts_on_arcs(states.joints[:, 1], self._belt.line)
+            lengths = parts / self._chain.length
+            radius = self._belt.pul[RADIUS, :, None]
+            lightly = normal * radius < LIGHT * self._pretension * parts
+            light = {"_unpressed": np.sum(lightly * parts / radius, axis=-1)}
+        limit = np.where(sticking, self._mu_s, self._mu_k) * normal
+        share = np.zeros_like(limit)
+        np.divide(friction * self._force_per_impulse, limit, out=share, where=limit > 0.0)
+        sliding = np.abs((lengths * share.clip(-1.0, 1.0)).sum(axis=-1))
+        touching = lengths.sum(axis=-1)
+        adhesion = np.where((on & sticking).any(axis=-1), (touching - sliding).clip(min=0.0), 0.0)
+        return {"_touching": touching, "_sticking": adhesion, **light}
+
+    def _parts_on_arcs(self, middle: Array, line: Line) -> Array:
+        """Return the length of each point's part of the belt on each arc, (m, pulleys, n), m."""
+        first, last = middle[:, None, :-1], middle[:, None, 1:]
+        starts, arcs = line.starts[:, None], line.arcs[:, None]
+        # Of the round that the point is in, as the kernels have it.
+        rounds = np.floor((first - starts + self._belt.skin) / line.length)
+        begin = starts + line.length * rounds
+        parts: Array = (last - begin).clip(0.0, arcs) - (first - begin).clip(0.0, arcs)
+        return parts
+
+    def _friction_on_pulleys(self, states: States) -> dict[str, Array]:
+        """Return friction on the belt, what it could be in full slip, and its excess, N.
+
+        `_slip` is the sum of N s, whose sign is the direction of the slip. `_excess` has by how
+        much a friction is off its limits, and the largest limit: above the one that holds it; or
+        below that at rest, of a body that has no slip but does not stick: the static coefficient
+        would hold it.
+        """
+        if not self._belt.has_friction:
+            return {"_excess": np.zeros((len(states.time), 2))}
+        scale, normal, slip = (
+            self._force_per_impulse,
+            states.contacts(NORMAL),
+            states.contacts(SLIP),
         )
-        names = "energy_input", "energy_friction", "energy_damping"
-        energies = dict(zip(names, state[layout.energies : layout.end], strict=True))
-        members = range(table.shape[1])
-        return {
-            **{name: energies[name] for name in self._energies},
-            "energy_kinetic": self._model.kinetic_energy(kinematics, speeds),
-            "energy_potential": self._model.potential_energy(kinematics),
-            "_speed": speeds,
-            "_torque": table[TORQUE].copy(),
-            "_mean_tension": tension.mean(),
-            "_belt_speed": self._belt_speed(kinematics),
-            "_span_tension": span_tensions(tension, pulley, len(members)),
-            **self._contact_counts(channels),
-            **self._friction_on_pulleys(),
-            "_patch": np.sum(pulley[self._patch] >= 0.0),
-            "_excess": self._friction_excess(),
-            "_power": friction_power(channels, self._model.distinct_static_friction),
-        }
-
-    def _contact_counts(self, channels: dict[str, Array]) -> dict[str, Array]:
-        """Return how many bodies touch each pulley, and on how many lengths of them it sticks."""
-        members = range(self._system.pulleys.table.shape[1])
-        on = [np.flatnonzero(channels["pulley_index"] == j) for j in members]
-        return {
-            "_touching": np.array([len(bodies) for bodies in on]),
-            "_sticking": np.array([adhesion(channels, i, np.ones(len(i))) for i in on]),
-        }
-
-    def _belt_speed(self, kinematics: Array) -> float:
-        return belt_speed(kinematics)
-
-    def _friction_on_pulleys(self) -> dict[str, Array]:
-        """Return the sum of the friction on the belt, N, and what it could be in full slip.
-
-        And the sum of N s, whose sign is the direction of the slip.
-        """
-        contacts = self._system.contacts
-        if self._system.friction is None:
-            return {}
-        ranges = [slice(*ends) for ends in pairwise(contacts.offsets)]
-        rows = ContactRows(*contacts.table)
-        terms = {
-            "_friction": rows.friction * self.force_per_impulse,
-            "_capacity": rows.kinetic * rows.normal,
-            "_slip": rows.normal * rows.slip,
-        }
-        return {
-            name: np.array([values[of].sum() for of in ranges]) for name, values in terms.items()
-        }
-
-    def _friction_excess(self) -> Array:
-        """Return by how much a friction is off its limits, N, and the largest limit, N.
-
-        Above the one that holds it; or below that at rest, of a body that has no slip but does not
-        stick: the static coefficient would hold it.
-        """
-        contacts = self._system.contacts
-        if self._system.friction is None:
-            return np.zeros(2)
-        rows = ContactRows(*contacts.table[:, : contacts.offsets[-1]])
-        friction, at_rest = rows.friction * self.force_per_impulse, rows.static * rows.normal
-        size, limit = np.abs(friction), at_rest
+        friction, at_rest = states.contacts(FRICTION) * scale, self._mu_s * normal
+        size = np.abs(friction)
         off = size - at_rest
-        law = self._system.effects.belt_friction
-        if law is not None and law.set_valued is not None:
-            limits = rows.forward_limit, rows.backward_limit
-            limit = np.where(friction > 0.0, *limits) * self.force_per_impulse
-            let_go = (rows.slip == 0.0) & (rows.sticking == 0.0)
+        if self._belt.inv_tau is not None:
+            forward, backward = states.contacts(FORWARD), states.contacts(BACKWARD)
+            limit = np.where(friction > 0.0, forward, backward) * scale
+            let_go = (slip == 0.0) & (states.contacts(STICKING) == 0.0)
             off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
-            # A body that slides one way has no friction the other way, until its slip has ended.
-            turning = (friction == 0.0) & (np.minimum(*limits) == 0.0)
-            self._note_release((rows.sticking == 0.0) & ~turning, limit - size, limit)
-        return np.array([np.max(off, initial=0.0), np.max(at_rest, initial=0.0)])
+        return {
+            "_friction": friction.sum(axis=-1),
+            "_capacity": (self._mu_k * normal).sum(axis=-1),
+            "_slip": (normal * slip).sum(axis=-1),
+            "_excess": np.stack([off, at_rest], axis=-1).max(axis=(1, 2), initial=0.0),
+        }
 
-    def _note_release(self, sliding: Any, missing: Array, limit: Array) -> None:
-        """Note by how much the friction of a body that slides is below its limit, N, over it.
+    # --- the samples so far ---------------------------------------------------------------------
 
-        Where static and kinetic friction differ, the steps note it when a body lets go.
+    def state(self) -> Arrays:
+        """Return the samples, for a checkpoint."""
+        self._work_out()
+        return self._samples.state()
+
+    def restore(self, state: Arrays, belt_state: Array) -> int:
+        """Take over the samples of another run of the scenario; return how many these are.
+
+        `belt_state` is a state of the belt, any: of it a sample is made that theirs are to be like.
         """
-        some = sliding & (limit > 0.0)
-        release = self._system.contacts.release
-        release[0] = np.max(missing[some] / limit[some], initial=release[0])
+        one = self._room(1)
+        self._copy(0.0, belt_state, 0, one)
+        like = {name: values[0] for name, values in self._worked_out(one).items()}
+        self._samples.restore(state, like)
+        self._checked = len(self._samples)
+        return self._checked
 
     def observe(self) -> SimulationResult:
         """Return the samples before the first that is not finite, and what follows from them."""
-        samples, sound = self.samples, self.samples.n_finite()
+        self._work_out()
+        samples, sound = self._samples, self._samples.n_finite()
         names = samples.names
-        channels = {name: samples.channel(name, sound) for name in CHANNELS if name in names}
-        time = samples.channel("time", sound) if names else np.zeros(0)
         seen = {n: samples.channel(n, sound) for n in names if n.startswith(("energy", "_"))}
-        quantities = quantities_of(self._scenario, self._model, time, seen)
+        time = samples.channel("time", sound) if names else np.zeros(0)
+        run = BeltSamples(self._scenario, self._chain.length, self._pretension, time, seen)
+        quantities = quantities_of(run)
         return SimulationResult(
             time=time,
-            channels=channels,
-            transitions=transitions_of(self._scenario, self._model, time, seen),
+            channels={name: samples.channel(name, sound) for name in CHANNELS if name in names},
+            transitions=transitions_of(run),
             quantities=quantities,
-            checks=checks_of(self._scenario, self._model, time, seen),
+            checks=checks_of(run),
             non_finite_tail=sound < len(samples),
-            warnings=warnings_of(self._scenario, self._model, time, seen, quantities),
+            warnings=warnings_of(run, quantities),
         )
 
 
-class StringObserver(Observer):
-    """Samples of a guided string."""
-
-    def __init__(self, scenario: "BeltDriveScenario", model: "BeltModel") -> None:
-        super().__init__(scenario, model)
-        self._pretension = float(np.mean(model.equilibrium.tension))
-        self._path = scenario.mechanism.path()
-
-    def check_belt(self, stepper: Any) -> None:
-        """Stop where points have passed each other."""
-        position = self._kinematics(stepper.interpolate(stepper.t))[POSITION]
-        spacing = np.diff(position, append=position[0] + self._path.length)
-        if np.min(spacing) <= 0.0:
-            raise Diverged(
-                f"bodies {int(np.argmin(spacing))} and the next have passed each other at"
-                f" t = {stepper.t:.9g} s: without effects.contact a slack span goes into"
-                " compression instead of sagging; raise mechanism.belt.pretension, or add"
-                " [effects.contact]"
-            )
-
-    def _places(self, kinematics: Array) -> dict[str, Array]:
-        rounds = np.floor(kinematics[POSITION] / self._path.length)
-        within = kinematics[POSITION] - rounds * self._path.length
-        points = self._path.at(np.minimum(within, np.nextafter(self._path.length, 0.0)))
-        return {
-            "x": points.position[:, 0],
-            "y": points.position[:, 1],
-            "angle": points.angle + rounds * self._path.total_turning,
-        }
-
-    def _tension(self, kinematics: Array) -> Array:
-        tension: Array = self._system.workspace[TENSION, : self._bodies].copy()
-        return tension
-
-    def _belt_speed(self, kinematics: Array) -> float:
-        return float(np.mean(kinematics[VELOCITY]))
-
-    def _contact_counts(self, channels: dict[str, Array]) -> dict[str, Array]:
-        """Return how many bodies' lengths are on each pulley, and on how many of them it sticks.
-
-        They are exact: parts of lengths count as such. And over which angle, rad, they are hardly
-        pressed on it.
-        """
-        middle, normal = self._system.workspace[MIDDLE], channels["normal_force"]
-        contacts, length = self._system.contacts, self._system.chain.length
-        radius = self._system.pulleys.table[PULLEY_RADIUS]
-        touching, stuck, unpressed = np.zeros((3, len(radius)))
-        for j, ends in enumerate(pairwise(contacts.offsets)):
-            table = contacts.table[:, slice(*ends)]
-            filled = table[RADIUS] > 0.0
-            body = contacts.body[slice(*ends)][filled].astype(np.int64)
-            start, arc = table[ARC_START, filled], table[ARC_LENGTH, filled]
-            part = np.clip(middle[body + 1] - start, 0.0, arc)
-            part -= np.clip(middle[body] - start, 0.0, arc)
-            on = channels["pulley_index"][body] == j
-            light = normal[body] * radius[j] < LIGHT * self._pretension * part
-            touching[j] = np.sum(part[on]) / length
-            stuck[j] = adhesion(channels, body[on], part[on]) / length
-            unpressed[j] = np.sum(part[light]) / radius[j]
-        return {"_touching": touching, "_sticking": stuck, "_unpressed": unpressed}
-
-
-def observer_of(scenario: "BeltDriveScenario", model: "BeltModel") -> Observer:
-    """Return the sampler of a belt drive, in the plane or guided."""
-    return (StringObserver if scenario.guided else Observer)(scenario, model)
-
-
-def belt_speed(kinematics: Array) -> float:
-    """Return the mean velocity of the bodies along the belt, m/s."""
-    along = kinematics[VX] * np.cos(kinematics[ANGLE]) + kinematics[VY] * np.sin(kinematics[ANGLE])
-    return float(np.mean(along))
-
-
-def utilisation(rows: ContactRows, friction: Array) -> Array:
-    """Return the friction of contacts, N, over its limit, from -1 to 1."""
-    coefficient = np.where(rows.sticking > 0.0, rows.static, rows.kinetic)
-    limit = coefficient * rows.normal
-    share = np.divide(friction, limit, out=np.zeros_like(limit), where=limit > 0.0)
-    return np.clip(share, -1.0, 1.0)
-
-
-def adhesion(channels: dict[str, Array], bodies: Indices, length: Array) -> float:
-    """Return the length on which the belt sticks to a pulley; zero where no body sticks.
-
-    The friction is at its limit on the sliding arc and zero on the arc of adhesion, but for waves,
-    whose mean is zero, and for the body between the two: the share of its limit is that of its
-    length that slides. Counted as a whole it would make an error of first order.
-
-    Parameters
-    ----------
-    channels : dict of (n,)
-    bodies : (m,)
-        Those on the pulley.
-    length : (m,)
-        The length of each on it, in any unit.
-    """
-    if not channels["sticking"][bodies].any():
-        return 0.0
-    sliding = abs(float(np.sum(channels["_utilisation"][bodies] * length)))
-    return max(float(np.sum(length)) - sliding, 0.0)
-
-
-def friction_power(channels: dict[str, Array], modes_count: bool) -> Array:
-    """Return the power with which friction drives bodies that slide, and that of all of it, W.
-
-    What residual slip a body has that is held relaxes within steps, in either direction. Where
-    static and kinetic friction differ, its mode says that it is held; at its limit, too.
-    """
-    power = channels["friction_force"] * channels["slip_velocity"]
-    sliding = channels["sticking"] == 0.0
-    if modes_count:
-        sliding &= channels["_mode"] != 0.0
-    return np.array([np.sum((-power[sliding]).clip(min=0.0)), np.sum(np.abs(power))])
+def _tension(force: Array, shape: Shape) -> Array:
+    """Return the size of the joints' forces, (m, 2, n), N; negative in compression."""
+    fx, fy = force[:, 0], force[:, 1]
+    along = fx * (shape.cos + before(shape.cos)) + fy * (shape.sin + before(shape.sin))
+    tension: Array = np.copysign(np.sqrt(fx * fx + fy * fy), along)
+    return tension

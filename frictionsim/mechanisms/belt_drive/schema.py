@@ -2,14 +2,13 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from math import ceil, pi
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, create_model, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from frictionsim.errors import unknown
 from frictionsim.mechanisms.belt_drive.channels import CHANNELS
-from frictionsim.mechanisms.belt_drive.effects import EFFECTS
 from frictionsim.mechanisms.belt_drive.geometry import (
     MAX_STRAIN,
     MIN_BODIES,
@@ -18,8 +17,9 @@ from frictionsim.mechanisms.belt_drive.geometry import (
     PulleyCircle,
     belt_path,
 )
+from frictionsim.mechanisms.effects import Gravity
 from frictionsim.scenario.methods import BELT, CREEP, PUBLISHED, REGULARISED, Pairs
-from frictionsim.scenario.schema import Params, inconsistent, unit_field
+from frictionsim.scenario.schema import CoefficientsOfFriction, Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario, SolverSettings
 from frictionsim.scenario.signal_tables import SpeedOrTimeSignals, TimeSignals
 
@@ -164,17 +164,159 @@ class DriveTable(Params):
         return given if isinstance(given, tuple) else (given,)
 
 
-def _effect_tables() -> Any:
-    """Return the model of `[effects]`: a field for each of `EFFECTS`, None for one that is off."""
-    fields: dict[str, Any] = {effect.key: (effect.table | None, None) for effect in EFFECTS}
-    about = "`[effects]`: one table for each effect that is simulated."
-    return create_model("Effects", __base__=Params, __module__=__name__, __doc__=about, **fields)
+class PulleyContactTable(Params):
+    """Contact with one pulley; what is left out is as on the others."""
+
+    c1: float | None = unit_field("N/m^2", "Quadratic stiffness there.", None, ge=0)
+    c2: float | None = unit_field("N/m", "Linear stiffness there.", None, gt=0)
+    damping: float | None = unit_field("N s/m", "Damping there.", None, ge=0)
+    p_max: float | None = unit_field(
+        "m", "Penetration from which on the damping acts in full there.", None, gt=0
+    )
 
 
-if TYPE_CHECKING:
-    Effects = Any  # what it holds is known at run time only
-else:
-    Effects = _effect_tables()
+class ContactTable(Params):
+    """`[effects.contact]`: eqs 9-11 of Kubas 2014, for one body; `pulleys.NAME` where they differ.
+
+    With `reference_bodies` the numbers are for a body of a belt of so many; each body of another
+    mesh has its part by length, so that the mesh can be refined.
+    """
+
+    c1: float = unit_field("N/m^2", "Quadratic stiffness of the contact of a body.", 0.0, ge=0)
+    c2: float = unit_field("N/m", "Linear stiffness of the contact of a body.", gt=0)
+    damping: float = unit_field("N s/m", "Damping of the contact of a body.", 0.0, ge=0)
+    p_max: float = unit_field(
+        "m", "Penetration from which on the damping acts in full.", 1e-3, gt=0
+    )
+    reference_bodies: int | None = unit_field(
+        "1", "Bodies of the belt that these numbers are for; without it any mesh.", None, gt=0
+    )
+    pulleys: dict[str, PulleyContactTable] = Field(
+        default_factory=dict,
+        description="Contact with a pulley that differs; what is left out is as on the others.",
+    )
+
+    def at(self, pulley: str, key: str) -> float:
+        """Return a number of the contact with a pulley: its own, or the common one."""
+        own = getattr(self.pulleys.get(pulley), key, None)
+        parameter: float = getattr(self, key) if own is None else own
+        return parameter
+
+
+# The parameters of the friction laws that are functions of the slip.
+UNITS = {"transition_speed": "m/s", "maximum_creep": "m", "elementary_time": "s"}
+
+
+class BeltFrictionTable(CoefficientsOfFriction):
+    """`[effects.belt_friction]`, with `pulleys.NAME` for those that differ."""
+
+    LAW_KEYS: ClassVar[tuple[str, ...]] = ("law", *UNITS)
+
+    law: Literal["set-valued", "regularised", "creep"] = Field(
+        "set-valued", description="Friction law."
+    )
+    transition_speed: float | None = unit_field(
+        "m/s",
+        "Speed over which `regularised` and `creep` friction rises to its full size; needed by"
+        " both.",
+        None,
+        gt=0,
+    )
+    maximum_creep: float | None = unit_field(
+        "m",
+        "Creep at which a contact without slip has its full friction, eq 13; `creep` needs it.",
+        None,
+        gt=0,
+    )
+    elementary_time: float | None = unit_field(
+        "s",
+        "Time in which the slip velocity gives the creep of eq 13, for `creep`; without it the"
+        " step of the solver, on which the friction depends then.",
+        None,
+        gt=0,
+    )
+    pulleys: dict[str, CoefficientsOfFriction] = Field(
+        default_factory=dict,
+        description="Coefficients of a pulley that differs from the others, by its name.",
+    )
+
+    @model_validator(mode="after")
+    def _law_has_its_parameters(self) -> Self:
+        of_law = {"regularised": ("transition_speed",), "creep": tuple(UNITS)}.get(self.law, ())
+        for key, unit in UNITS.items():
+            given = getattr(self, key) is not None
+            if key in of_law and not given and key != "elementary_time":
+                raise inconsistent(
+                    (key,),
+                    f"missing; law = '{self.law}' needs it, in {unit}"
+                    f" (--set effects.belt_friction.{key}=VALUE)",
+                )
+            if given and key not in of_law:
+                raise inconsistent(
+                    (key,), f"law = '{self.law}' has no such parameter; leave it out"
+                )
+        return self
+
+
+class AxialDampingTable(Params):
+    """`[effects.axial_damping]`: of each joint, N s/m, or of the section, N s (b/l a joint)."""
+
+    coefficient: float = unit_field(
+        "N s/m or N s", "Damping along the belt: of a joint, N s/m, or of the section, N s.", gt=0
+    )
+    basis: Literal["joint", "section"] = Field(
+        "joint",
+        description="What the coefficient belongs to; of the section a joint has coefficient/l.",
+    )
+
+
+class BendingTable(Params):
+    """`[effects.bending]`: of the section; a joint has rigidity/l and damping/l."""
+
+    rigidity: float = unit_field(
+        "N m^2", "Bending rigidity EI of the section; a joint has EI/l.", gt=0
+    )
+    damping: float = unit_field(
+        "N m^2 s", "Bending damping of the section; a joint has it over l.", 0.0, ge=0
+    )
+
+
+class PatchTable(CoefficientsOfFriction):
+    """`[effects.patch]`: a part of the belt, by unstretched length, with other friction.
+
+    Measured from where the belt leaves the first pulley at the start, in its direction.
+    """
+
+    start: float = unit_field(
+        "m",
+        "Start of the patch, from where the belt leaves the first pulley at the start.",
+        alias="from",
+        ge=0,
+    )
+    end: float = unit_field(
+        "m", "End of the patch, in the direction of the belt.", alias="to", gt=0
+    )
+
+    @model_validator(mode="after")
+    def _check_ends(self) -> Self:
+        if not self.end > self.start:
+            raise inconsistent(("to",), f"{self.end} m is not after from = {self.start} m")
+        return self
+
+
+class Effects(Params):
+    """`[effects]`: one table for each effect that is simulated."""
+
+    contact: ContactTable | None = None
+    belt_friction: BeltFrictionTable | None = None
+    axial_damping: AxialDampingTable | None = None
+    bending: BendingTable | None = None
+    gravity: Gravity | None = None
+    patch: PatchTable | None = None
+
+
+# They move a belt across itself, which one that is guided on its line cannot do.
+ACROSS = ("bending", "gravity")
 
 
 class BeltSolverSettings(SolverSettings):
@@ -255,10 +397,10 @@ class BeltDriveScenario(Scenario):
     def _check_guided_effects(self) -> Self:
         if not self.guided:
             return self
-        for effect in EFFECTS:
-            if getattr(self.effects, effect.key) is not None and not effect.on_guided_string:
+        for name in ACROSS:
+            if getattr(self.effects, name) is not None:
                 raise inconsistent(
-                    ("effects", effect.key),
+                    ("effects", name),
                     "it moves the belt across itself, and a belt without effects.contact is guided"
                     " on its pitch line; add [effects.contact], or leave this effect out",
                 )

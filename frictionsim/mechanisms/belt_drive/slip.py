@@ -21,43 +21,50 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
     Mask = npt.NDArray[np.bool_]
+    Numbers = npt.NDArray[np.float64] | npt.NDArray[np.int64]
 
 
-def span_tensions(tension: "Array", pulley_index: "Array", pulleys: int) -> "Array":
-    """Return the mean tension of each span, N; `[i]` leads from pulley i to the next one.
+def span_tensions(tension: "Array", pulley_index: "Numbers", pulleys: int) -> "Array":
+    """Return the mean tension of each span in samples, N; `[:, i]` leads from pulley i to the next.
 
     Parameters
     ----------
-    tension : (n,), N
+    tension : (m, n), N
         Of the joint before each body.
-    pulley_index : (n,)
+    pulley_index : (m, n)
         The pulley that each body touches, -1 for none.
     pulleys : int
 
     Returns
     -------
-    (pulleys,), N
+    (m, pulleys), N
         Where no body touches a pulley, the spans on its two sides are one, and have its mean.
     """
-    bodies = len(tension)
-    touching = np.flatnonzero(pulley_index >= 0)
-    if not touching.size:
-        return np.full(pulleys, tension.mean())
-    leaves = pulley_index[touching].astype(np.intp)
-    reaches = np.append(leaves[1:], leaves[0])
-    joints = np.append(touching[1:], touching[0] + bodies) - touching
-    gaps = np.flatnonzero(leaves != reaches)
-    if not gaps.size:  # one pulley only: bodies may lift off between others
-        gaps = np.array([np.argmax(joints)])
-    before = np.concatenate([[0.0], np.cumsum(np.concatenate([tension, tension]))])
-    force, count = np.zeros(pulleys), np.zeros(pulleys)
-    for gap in gaps:
-        first = touching[gap] + 1
-        passed = (reaches[gap] - leaves[gap] - 1) % pulleys + 1
-        spans = (leaves[gap] + np.arange(passed)) % pulleys
-        force[spans] += before[first + joints[gap]] - before[first]
-        count[spans] += joints[gap]
-    return np.divide(force, count, out=np.full(pulleys, tension.mean()), where=count > 0.0)
+    samples, bodies = tension.shape
+    sample, body = np.nonzero(pulley_index >= 0)
+    leaves = pulley_index[sample, body].astype(np.intp)
+    # The next body on a pulley; behind the last of a sample comes its first.
+    following, last = np.arange(1, len(body) + 1), np.flatnonzero(np.diff(sample, append=samples))
+    following[last] = np.append(0, last[:-1] + 1)[: len(last)]
+    joints = body[following] - body
+    joints[last] += bodies
+    passed = (leaves[following] - leaves - 1) % pulleys + 1
+    is_gap = leaves != leaves[following]
+    for lone in np.setdiff1d(sample, sample[is_gap]):  # bodies of one pulley only touch
+        own = np.flatnonzero(sample == lone)
+        is_gap[own[np.argmax(joints[own])]] = True
+    sample, body, leaves = sample[is_gap], body[is_gap], leaves[is_gap]
+    joints, passed = joints[is_gap], passed[is_gap]
+    sums = np.cumsum(np.concatenate([np.zeros((samples, 1)), tension, tension], axis=1), axis=1)
+    gap = sums[sample, body + 1 + joints] - sums[sample, body + 1]
+    force, count = np.zeros((2, samples, pulleys))
+    for k in range(int(np.max(passed, initial=0))):
+        some = passed > k
+        span = sample[some], (leaves[some] + k) % pulleys
+        np.add.at(force, span, gap[some])
+        np.add.at(count, span, joints[some])
+    mean = np.repeat(tension.mean(axis=1)[:, None], pulleys, axis=1)
+    return np.divide(force, count, out=mean, where=count > 0.0)
 
 
 IDLE = 1e-3  # of the work in the whole run: a part of it in which pulleys do less is idle

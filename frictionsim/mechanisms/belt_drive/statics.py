@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
 from frictionsim.results import Quantities, Quantity
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.equilibrium import Equilibrium
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 MAX_EXPONENT = log(float_info.max)
@@ -22,10 +22,7 @@ def statics(scenario: "BeltDriveScenario") -> Quantities:
     pulley, undefined beyond the largest number; torque_limit what it would transmit at the belt's
     pretension if its sides could share it freely: 2 T R (e - 1)/(e + 1) with e the ratio.
     """
-    # Imported when it is first asked for: by then all effects have to be known.
-    from frictionsim.mechanisms.belt_drive.model import solve_equilibrium
-
-    equilibrium, path = solve_equilibrium(scenario), scenario.mechanism.path()
+    equilibrium, path = at_rest(scenario), scenario.mechanism.path()
     bodies = scenario.mechanism.belt.bodies
     tension = float(np.mean(equilibrium.tension))
     quantities = {
@@ -53,7 +50,7 @@ def statics(scenario: "BeltDriveScenario") -> Quantities:
     return quantities
 
 
-def _shaft_loads(scenario: "BeltDriveScenario", equilibrium: "Equilibrium") -> list[float]:
+def _shaft_loads(scenario: "BeltDriveScenario", equilibrium: Rest) -> list[float]:
     """Return the force of the belt on each shaft, N."""
     arcs, loads = scenario.mechanism.path().arcs, []
     for j, (pulley, arc) in enumerate(zip(scenario.mechanism.pulleys, arcs, strict=True)):

@@ -36,8 +36,7 @@ from frictionsim.results import BACKWARD, FORWARD, OPEN, SLACK, STICK, TAUT, Tra
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.model import BeltModel
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+    from frictionsim.mechanisms.belt_drive.channels import BeltSamples
 
     Array = npt.NDArray[np.float64]
     Bools = npt.NDArray[np.bool_]
@@ -50,17 +49,18 @@ SAMPLES_TO_LEAVE = 3
 SAMPLES_TO_RETURN = 10
 
 
-def slack_spans(model: "BeltModel", span_tension: "Array") -> "Bools":
-    """Return which spans are slack, (n, spans), from their mean tensions, (n, spans), N."""
-    slack: Bools = span_tension < SLACK_TENSION * float(np.mean(model.equilibrium.tension))
+def slack_spans(run: "BeltSamples") -> "Bools":
+    """Return which spans are slack, (n, spans)."""
+    slack: Bools = run.seen["_span_tension"] < SLACK_TENSION * run.pretension
     return slack
 
 
-def full_slip(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "Bools":
+def full_slip(run: "BeltSamples") -> "Bools":
     """Return on which pulleys all bodies slide at the limit of friction, (n, pulleys).
 
-    Never on a pulley without a drive or without friction; `seen` is what the observer keeps.
+    Never on a pulley without a drive or without friction.
     """
+    scenario, seen = run.scenario, run.seen
     law, names = scenario.effects.belt_friction, scenario.mechanism.names
     if law is None:
         return np.zeros(seen["_touching"].shape, dtype=np.bool_)
@@ -71,10 +71,10 @@ def full_slip(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "Bools
     return full
 
 
-def pulley_modes(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "ModeArray":
+def pulley_modes(run: "BeltSamples") -> "ModeArray":
     """Return STICK, FORWARD, BACKWARD or OPEN for each pulley in every sample, (n, pulleys)."""
-    modes = np.full(seen["_touching"].shape, STICK, dtype=np.int64)
-    full = full_slip(scenario, seen)
+    seen, full = run.seen, full_slip(run)
+    modes = np.full(full.shape, STICK, dtype=np.int64)
     if full.any():
         # A kinetic coefficient of zero has no friction to tell the direction.
         along = np.where(seen["_friction"] != 0.0, seen["_friction"], seen["_slip"])
@@ -82,11 +82,6 @@ def pulley_modes(scenario: "BeltDriveScenario", seen: dict[str, "Array"]) -> "Mo
         modes[full & (along > 0.0)] = BACKWARD
     modes[seen["_touching"] == 0.0] = OPEN
     return modes
-
-
-def span_modes(model: "BeltModel", span_tension: "Array") -> "ModeArray":
-    """Return TAUT or SLACK for each span in every sample, (n, spans)."""
-    return np.where(slack_spans(model, span_tension), SLACK, TAUT)
 
 
 def lasting_changes(modes: "ModeArray") -> list[tuple[int, int, int]]:
@@ -109,21 +104,16 @@ def lasting_changes(modes: "ModeArray") -> list[tuple[int, int, int]]:
     return changes
 
 
-def transitions_of(
-    scenario: "BeltDriveScenario", model: "BeltModel", time: "Array", seen: dict[str, "Array"]
-) -> list[Transition]:
-    """Return the transitions of pulleys and spans, in the order of time.
-
-    `time` is (n,), s; `seen` is what the observer keeps of each sample, (n, ...).
-    """
-    if not time.size:
+def transitions_of(run: "BeltSamples") -> list[Transition]:
+    """Return the transitions of pulleys and spans, in the order of time."""
+    if not run.time.size:
         return []
-    names = scenario.mechanism.names
+    names = run.scenario.mechanism.names
     after = (*names[1:], names[0])
     contacts = [*names, *(f"span.{a}.{b}" for a, b in zip(names, after, strict=True))]
-    modes = np.hstack([pulley_modes(scenario, seen), span_modes(model, seen["_span_tension"])])
+    modes = np.hstack([pulley_modes(run), np.where(slack_spans(run), SLACK, TAUT)])
     transitions = [
-        Transition(float(time[sample]), contact, old, new)
+        Transition(float(run.time[sample]), contact, old, new)
         for contact, column in zip(contacts, modes.T, strict=True)
         for sample, old, new in lasting_changes(column)
     ]

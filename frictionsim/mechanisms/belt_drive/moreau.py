@@ -1,0 +1,1331 @@
+"""Midpoint steps of a fixed length with exact impulses of friction, for belt drives.
+
+Moreau's scheme [1]_: half a step with the old velocities, the forces there, the impulses that the
+set-valued law asks for, half a step with the new velocities.
+
+    q_m = q + (h/2) v
+    v+  = v + h a(q_m, v_m) + (impulses P along t)/m
+    P   = clip(m (R omega+ - (v + h a) . t - (h/2) t' . v_m), -mu N h, mu N h)
+    q+  = q_m + (h/2) v+
+
+with t in the middle of the step, and its rate: what sticks has no slip along the t of the end. That
+of the middle would leave t' . v_m over half a step, an error of first order. The work of P is that
+of the mean velocities, v . t with the t of the middle: the energy closes. The wrap factor kappa is
+taken with t, and its rate with that of t.
+
+One evaluation of the forces a step. They depend on the velocity through dampers and torques, for
+which v_m = v + (v - v_before)/2 is the velocity at the middle to second order. The dampers of the
+contacts, each of which meets one body only, are solved for instead. Of second order where the
+motion is smooth, of first order at switches of friction or contact. Stick is exact: the slip that
+is left is rounding.
+
+Dampers along the belt that are too stiff for v_m are solved for as well. With their impulses D_k as
+unknowns, s_k the rate of stretch of joint k at the mean of old and new velocities, each joint meets
+its two neighbours only, through the bodies between them [2]_:
+
+    2 D_k/(h b) + (J M^-1 J^T D)_k = s_k(v) + s_k(v + h a + impulses of friction/m)
+
+A body that sticks cannot give way along t: its inverse mass is n n^T/m, and its velocity along t
+that of the rim, R omega+. The omega+ of free pulleys are unknown too, one column each. Who sticks
+is as in the step before, corrected until it agrees with the limits of friction and the direction
+of slip; then the friction is solved for as without dampers, with their impulses. Implicit midpoint
+rule: of second order, stable at any stiffness.
+
+On a line the tensions with their dampers press the points on the arcs: limits of friction follow
+the impulses, and both are found together.
+
+References
+----------
+.. [1] J. J. Moreau, "Unilateral contact and dry friction in finite freedom dynamics", 1988.
+.. [2] W. H. Press et al., Numerical Recipes, 3rd ed., 2007, 2.7.2: cyclic tridiagonal systems.
+.. [3] K. G. Murty, "Note on a Bard-type scheme for solving the complementarity problem", Opsearch
+   11, 1974.
+"""
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from frictionsim.errors import InputError, NonFinite
+from frictionsim.mechanisms.belt_drive.belt import (
+    ALPHA,
+    BIAS,
+    DAMPING_HEAT,
+    FIXED,
+    FRICTION_HEAT,
+    FX,
+    FY,
+    INERTIA,
+    INPUT_ENERGY,
+    KAPPA,
+    MIDDLE,
+    NORMAL,
+    NY,
+    PULL,
+    RADIUS,
+    SPEED,
+    SPEED_NEW,
+    SPEED_OLD,
+    TENSION,
+    TORQUE,
+    Array,
+    Belt,
+    Indices,
+    Line,
+    aligned,
+)
+from frictionsim.mechanisms.belt_drive.kernels import (
+    ONE,
+    TINY,
+    Accelerations,
+    Bodies,
+    Contact,
+    Joints,
+    Rim,
+    bodies_of,
+    body_forces,
+    contact_of,
+    copy,
+    drive,
+    joints_of,
+    point_forces,
+    press_on_line,
+    pulley_motion,
+    rim_of,
+    search,
+    update_modes,
+)
+from frictionsim.mechanisms.belt_drive.numba_kinds import kernel, loop, part
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
+
+SEARCH_INTERVAL = 16  # steps from one search for bodies near pulleys to the next
+# Passes of stiff dampers and friction, one or two as a rule. Changing all wrong bodies at once may
+# go round in a circle; after some, only the first one is changed, Murty's rule, which ends [3]_.
+BLOCK_PASSES, MAX_PASSES = 10, 1000
+TENSION_TOLERANCE = 1e-8  # of a correction of the tensions on a line, over their mean
+
+# The numbers in `counts`: steps; passes of those that solve for dampers, and how many steps ended
+# with another sticking set than their dampers were solved for with.
+STEPS, PASSES, UNSETTLED = range(3)
+
+
+class Steps(NamedTuple):
+    """An integration between two steps, in arrays that its kernels write to.
+
+    Attributes
+    ----------
+    y_old, y : (size,)
+        The states at the start and the end of the last step.
+    middle : (rows, width)
+        The kinematics in the middle of a step.
+    acc : (rows/2, width)
+        Accelerations.
+    counts : (3,)
+        STEPS, PASSES, UNSETTLED.
+    """
+
+    y_old: Array
+    y: Array
+    middle: Array
+    acc: Array
+    counts: Indices
+
+
+class Body(NamedTuple):
+    """What all bodies have in common: how many, also in full vectors, half a length, inertias."""
+
+    n: int
+    full: int
+    half: float
+    mass: float
+    inertia: float
+
+
+class Motion(NamedTuple):
+    """Bodies at the start of a step and in its middle, and what they do there."""
+
+    old: Bodies
+    middle: Bodies
+    acc: Accelerations
+    joints: Joints
+
+
+class Dampers(NamedTuple):
+    """Rows to solve for dampers in.
+
+    Attributes
+    ----------
+    ex, ey, after, before : (width,)
+        Of joint k: its direction; its levers about body k and body k - 1, m.
+    main, link : (width,), 1/kg
+        The diagonal of the system, and the coupling of joints k and k + 1, where nothing sticks.
+    rate, impulse, used : (width,), m/s and N s
+        Twice the mean rate of stretch of joint k without its damper; the impulse of this, and that
+        which the tensions on a line have.
+    p, q, stuck, given : (width,)
+        Of body k on a pulley, with t of its contact: e . t of joints k and k + 1; 1 where it
+        sticks; the velocity along t, m/s, that friction adds.
+    inverse, off, corner : (width,)
+        The elimination.
+    vx, vy, spin : (width,), m/s and rad/s
+        What the dampers added to the velocities of the bodies in the last step.
+    torsion, correction : (width,), N m s
+        The impulses of the dampers of bending, and their change from the last step.
+    bias : (pulleys, width), m/s
+        The bias of sticking without dampers.
+    columns : (1 + free, width)
+        The impulses, and by what they change with the speed of each free pulley, N s and kg m.
+    rims : (free, width), m
+        How the rim of each free pulley stretches the joints.
+    matrix : (free, free + 1)
+        The equations of the free pulleys.
+    """
+
+    ex: Array
+    ey: Array
+    after: Array
+    before: Array
+    main: Array
+    link: Array
+    rate: Array
+    impulse: Array
+    used: Array
+    p: Array
+    q: Array
+    stuck: Array
+    given: Array
+    inverse: Array
+    off: Array
+    corner: Array
+    vx: Array
+    vy: Array
+    spin: Array
+    torsion: Array
+    correction: Array
+    bias: Array
+    columns: Array
+    rims: Array
+    matrix: Array
+
+
+DAMPER_ROWS = 21  # of one dimension
+
+
+@part
+def motion_of(old: Array, s: Steps, work: Array) -> Motion:
+    """Return the rows of bodies in a step."""
+    acc = Accelerations(s.acc[0], s.acc[1], s.acc[2])
+    return Motion(bodies_of(old), bodies_of(s.middle), acc, joints_of(work))
+
+
+# --- pulleys --------------------------------------------------------------------------------------
+
+
+@part
+def start_pulleys(t: float, h: float, y: Array, y_old: Array, b: Belt) -> None:
+    """Write SPEED_OLD; SPEED and TORQUE in the middle of a step; SPEED_NEW, a guess where free.
+
+    Speeds of free pulleys are extrapolated from `y_old`, of the step before; their ALPHA becomes
+    the speed that they would have without friction.
+    """
+    pul = b.pul
+    for ahead in (1.0, 0.0, 0.5):  # of a step
+        if ahead == 0.5:
+            for i in range(len(b.free)):
+                j, new, before = b.free[i], y[b.speeds + i], y_old[b.speeds + i]
+                pul[SPEED_OLD, j], pul[SPEED_NEW, j] = new, 2.0 * new - before
+                pul[SPEED, j] = 1.5 * new - 0.5 * before
+        elif len(b.prescribed) == 0:
+            continue
+        drive(t + ahead * h, b)
+        for j in b.prescribed:
+            if ahead == 1.0:
+                pul[SPEED_NEW, j] = pul[SPEED, j]
+            elif ahead == 0.0:
+                pul[SPEED_OLD, j] = pul[SPEED, j]
+    for j in range(pul.shape[1]):
+        pul[PULL, j] = 0.0
+    for j in b.free:
+        pul[ALPHA, j] = pul[SPEED_OLD, j] + h * pul[TORQUE, j] / pul[INERTIA, j]
+    for i in range(b.angles, b.size):
+        y_old[i] = y[i]
+
+
+@part
+def solve_pulleys(b: Belt) -> None:
+    """Write SPEED_NEW of free pulleys, with the friction of the bodies on them."""
+    pul = b.pul
+    for j in b.free:
+        momentum = pul[INERTIA, j] * pul[ALPHA, j]
+        pul[SPEED_NEW, j] = pulley_motion(j, pul[SPEED_NEW, j], momentum, b)
+
+
+@part
+def end_pulleys(h: float, rubbed: float, damped: float, y: Array, b: Belt) -> None:
+    """Write the state of the pulleys after a step, and its energies, J; reads PULL.
+
+    TORQUE of a prescribed speed is the mean of what it took to keep it.
+    """
+    pul = b.pul
+    for i in range(len(b.free)):
+        y[b.speeds + i] = pul[SPEED_NEW, b.free[i]]
+    for j in b.prescribed:
+        gained = pul[INERTIA, j] * (pul[SPEED_NEW, j] - pul[SPEED_OLD, j])
+        pul[TORQUE, j] = (gained + pul[RADIUS, j] * pul[PULL, j]) / h
+    for j in range(pul.shape[1]):
+        turned = 0.5 * h * (pul[SPEED_OLD, j] + pul[SPEED_NEW, j])
+        y[b.angles + j] += turned
+        y[b.energies + INPUT_ENERGY] += pul[TORQUE, j] * turned
+        pul[SPEED, j] = pul[SPEED_NEW, j]
+    y[b.energies + FRICTION_HEAT] += rubbed
+    y[b.energies + DAMPING_HEAT] += damped
+
+
+@part
+def rim_speeds(pul: Array, j: int) -> tuple[float, float]:
+    """Return the velocities of a rim at the start and the end of a step, m/s."""
+    return pul[RADIUS, j] * pul[SPEED_OLD, j], pul[RADIUS, j] * pul[SPEED_NEW, j]
+
+
+# --- bodies in the plane, points on a line --------------------------------------------------------
+
+
+@loop
+def predict(size: int, h: float, q: Array, v: Array, q_middle: Array, v_middle: Array) -> None:
+    """Write the middle of a step; `v_middle` has the velocities at the start of the one before."""
+    for i in range(size):
+        q_middle[i] = q[i] + 0.5 * h * v[i]
+    for i in range(size):
+        v_middle[i] = 1.5 * v[i] - 0.5 * v_middle[i]
+
+
+@loop
+def gain(size: int, h: float, v: Array, a: Array, new: Array) -> None:
+    """Write the velocities that accelerations make of v in a step."""
+    for i in range(size):
+        new[i] = v[i] + h * a[i]
+
+
+@loop
+def move(
+    size: int, h: float, q: Array, v: Array, new: Array, q_middle: Array, v_middle: Array
+) -> None:
+    """Write the end of a step; the velocities in its middle become those at its start."""
+    for i in range(size):
+        v_middle[i] = v[i]
+        v[i] = new[i]
+    for i in range(size):
+        q[i] = q_middle[i] + 0.5 * h * v[i]
+
+
+@loop
+def move_by(
+    size: int, h: float, q: Array, v: Array, a: Array, q_middle: Array, v_middle: Array
+) -> None:
+    """Write the end of a step by accelerations, as `move`."""
+    for i in range(size):
+        v_middle[i] = v[i]
+        v[i] += h * a[i]
+    for i in range(size):
+        q[i] = q_middle[i] + 0.5 * h * v[i]
+
+
+@loop
+def press_in_step(
+    body: Body,
+    a: int,
+    e: int,
+    h: float,
+    rim: Rim,
+    damping: bool | None,
+    wrap: bool | None,
+    m: Motion,
+    d: Dampers | None,
+    bias: Array,
+    c: Contact,
+) -> float:
+    """Bodies a to e on one pulley: what contacts do in a step but friction; return the power, W.
+
+    Places are those in the middle, velocities those at the start. The dampers of contacts work at
+    the mean of the old and the new velocity along n: with the acceleration A along n without them
+    that is (v + h A/2)/(1 + h b/(2 m)), stable at any b. Dampers d, solved for afterwards, are
+    expected to add what they added in the last step; without that it would be of first order.
+    `slip` becomes kappa v . t at the start, `bias` -kappa v . t at the end without friction, along
+    the t of the end; forward and backward the limits of impulses, N s.
+
+    Four loops: with all its arrays in one the compiler makes no vectors.
+    """
+    power, inv_mass, last = 0.0, 1.0 / body.mass, np.uint64(body.n)
+    old, middle, acc, bend, rate = m.old, m.middle, m.acc, m.joints.bend, m.joints.rate
+    for k in range(np.uint64(a), np.uint64(e)):  # 1/distance in turned, the damper's b in yields
+        dx, dy = middle.x[k] - rim.x, middle.y[k] - rim.y
+        square = dx * dx + dy * dy + TINY
+        inv = 1.0 / np.sqrt(square)
+        p = max(rim.radius - square * inv, 0.0) if k < last else 0.0
+        share, force = min(p * rim.inv_full, 1.0), p * (rim.quadratic * p + rim.linear)
+        c.nx[k], c.ny[k], c.normal[k], c.turned[k] = dx * inv, dy * inv, force, inv
+        c.yields[k] = rim.damping * share * share * (3.0 - 2.0 * share)
+    if wrap is not None:
+        for k in range(np.uint64(a), np.uint64(e)):  # its rate in bias
+            b0, b1 = bend[k], bend[k + ONE]
+            c.kappa[k] = 1.0 + (b0 * b0 + b1 * b1) * (1.0 / 24.0)
+            bias[k] = (b0 * rate[k] + b1 * rate[k + ONE]) * (1.0 / 12.0)
+    for k in range(np.uint64(a), np.uint64(e)):
+        ux, uy, gx, gy = old.vx[k], old.vy[k], h * acc.x[k], h * acc.y[k]
+        cx, cy, force = c.nx[k], c.ny[k], c.normal[k]
+        mx, my = ux + 0.5 * gx, uy + 0.5 * gy
+        if d is not None:
+            mx, my = mx + 0.5 * d.vx[k], my + 0.5 * d.vy[k]
+        out, along = mx * cx + my * cy + 0.5 * h * inv_mass * force, my * cx - mx * cy
+        factor, factor_rate = 1.0, 0.0
+        if wrap is not None:
+            factor, factor_rate = c.kappa[k], bias[k]
+        t = 0.5 * h * (factor_rate * along - factor * along * out * c.turned[k])
+        before = factor * (uy * cx - ux * cy)
+        bias[k] = -before - factor * (gy * cx - gx * cy) - t
+        c.slip[k], c.turned[k] = before, t
+        if damping is not None:
+            own = c.yields[k]
+            inward = -out / (1.0 + 0.5 * h * own * inv_mass)
+            braked = max(own * inward, -force)
+            power += braked * inward
+            c.normal[k] = force + braked
+    for k in range(np.uint64(a), np.uint64(e)):
+        force, factor = c.normal[k], 1.0
+        if wrap is not None:
+            factor = c.kappa[k]
+        c.kappa[k], c.yields[k] = factor, body.mass / (factor * factor)
+        c.forward[k], c.backward[k] = h * c.mu_forward[k] * force, h * c.mu_backward[k] * force
+        acc.x[k] += inv_mass * force * c.nx[k]
+        acc.y[k] += inv_mass * force * c.ny[k]
+    return power
+
+
+@loop
+def rub_in_step(
+    a: int,
+    e: int,
+    h: float,
+    mass: float,
+    before: float,
+    after: float,
+    acc: Accelerations,
+    c: Contact,
+) -> tuple[float, float]:
+    """Add the friction of bodies a to e on a rim; return its impulse, N s, and its heat, J.
+
+    The velocities of the rim are m/s. `slip` becomes that at the end.
+    """
+    heat = force = 0.0
+    for k in range(np.uint64(a), np.uint64(e)):
+        needed = c.yields[k] * (after + c.bias[k])
+        t = min(max(needed, -c.backward[k]), c.forward[k])
+        left = after + c.bias[k] - t / c.yields[k]
+        heat += 0.5 * t * (before - c.slip[k] + left + c.turned[k])
+        force += t
+        c.slip[k], c.friction[k], c.sticking[k] = left, t, 1.0 if t == needed else 0.0
+        along = c.kappa[k] * t * (1.0 / (mass * h))
+        acc.x[k] -= along * c.ny[k]
+        acc.y[k] += along * c.nx[k]
+    return force, heat
+
+
+@loop
+def missed_power(body: Body, h: float, m: Motion) -> float:
+    """Return the power of dampers at the mean velocities beyond that at the extrapolated ones, W.
+
+    By bodies: (D_k - D_(k+1)) . v_k - (l/2) (e_k x (D_k + D_(k+1))) phi_k', D_k of the damper.
+    """
+    old, middle, acc, dx, dy, power = m.old, m.middle, m.acc, m.joints.dx, m.joints.dy, 0.0
+    cos, sin = m.joints.cos, m.joints.sin
+    for k in range(np.uint64(body.full)):
+        vx = old.vx[k] + 0.5 * h * acc.x[k] - middle.vx[k]
+        vy = old.vy[k] + 0.5 * h * acc.y[k] - middle.vy[k]
+        spin = old.spin[k] + 0.5 * h * acc.phi[k] - middle.spin[k]
+        lever = sin[k] * (dx[k] + dx[k + ONE]) - cos[k] * (dy[k] + dy[k + ONE])
+        taken = (dx[k] - dx[k + ONE]) * vx + (dy[k] - dy[k + ONE]) * vy + body.half * lever * spin
+        power += taken * (1.0 if k < np.uint64(body.n) else 0.0)
+    return power
+
+
+@loop
+def slide_in_step(
+    a: int,
+    e: int,
+    mass: float,
+    sense: float,
+    before: float,
+    after: float,
+    old: Array,
+    new: Array,
+    c: Contact,
+) -> tuple[float, float]:
+    """Add the friction of points a to e on a line; return its impulse, N s, and its heat, J."""
+    force = heat = 0.0
+    for k in range(np.uint64(a), np.uint64(e)):
+        needed = mass * (after + c.bias[k])
+        t = min(max(needed, -c.backward[k]), c.forward[k])
+        v = new[k] + sense * t / mass
+        left = after - sense * v
+        heat += 0.5 * t * (before - sense * old[k] + left)
+        force += t
+        new[k], c.slip[k], c.friction[k] = v, left, t
+        c.sticking[k] = 1.0 if t == needed else 0.0
+    return force, heat
+
+
+@loop
+def power_on_line(n: int, full: int, b: float, v_middle: Array, old: Array, new: Array) -> float:
+    """Return the power of dampers of the velocities `v_middle`, at the mean ones, W."""
+    power = 0.0
+    for k in range(np.uint64(full)):
+        twice = old[k + ONE] + new[k + ONE] - old[k] - new[k]
+        taken = 0.5 * b * (v_middle[k + ONE] - v_middle[k]) * twice
+        power += taken * (1.0 if k < np.uint64(n) else 0.0)
+    return power
+
+
+@part
+def press_line(h: float, v: Array, new: Array, bias: Array, b: Belt, line: Line) -> None:
+    """Write the normal forces of points on a line, limits of impulses, and the bias of sticking.
+
+    v and new are the velocities in the middle of a step, and at its end without friction.
+    """
+    for r in range(b.n_runs[0]):
+        j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+        press_on_line(
+            b.n,
+            a,
+            e,
+            h,
+            None,
+            0.0,
+            line.senses[j],
+            1.0 / b.pul[RADIUS, j],
+            line.starts[j],
+            line.arcs[j],
+            b.skin,
+            line.length,
+            b.mass,
+            v,
+            new,
+            b.work[TENSION],
+            b.work[MIDDLE],
+            bias[j],
+            contact_of(b.con, j),
+        )
+
+
+# --- dampers that are solved for ------------------------------------------------------------------
+
+
+@loop
+def joint_rows(body: Body, joints: Joints, d: Dampers) -> None:
+    """Write directions and levers of the joints, and the system where nothing sticks.
+
+    But for what a damper gives way by itself, 2/(h b).
+    """
+    ex, ey, after, before, cos, sin = d.ex, d.ey, d.after, d.before, joints.cos, joints.sin
+    n, full, inv_mass, inv_inertia = body.n, body.full, 1.0 / body.mass, 1.0 / body.inertia
+    for k in range(np.uint64(full)):
+        x, y = joints.fx[k + ONE], joints.fy[k + ONE]
+        inv = 1.0 / np.sqrt(x * x + y * y + TINY)
+        ex[k + ONE], ey[k + ONE] = x * inv, y * inv
+    ex[0], ey[0] = ex[n], ey[n]
+    for k in range(np.uint64(full)):
+        x, y = ex[k + ONE], ey[k + ONE]
+        after[k + ONE] = body.half * (x * sin[k + ONE] - y * cos[k + ONE])
+        before[k + ONE] = body.half * (y * cos[k] - x * sin[k])
+    after[0], before[0] = after[n], before[n]
+    for k in range(np.uint64(full)):
+        d.main[k] = 2.0 * inv_mass + inv_inertia * (after[k] * after[k] + before[k] * before[k])
+        lateral = inv_mass * (ex[k] * ex[k + ONE] + ey[k] * ey[k + ONE])
+        d.link[k] = -lateral - inv_inertia * after[k] * before[k + ONE]
+    d.main[n], d.link[n] = d.main[0], d.link[0]
+
+
+@loop
+def stretch_rates(body: Body, h: float, m: Motion, d: Dampers) -> None:
+    """Write twice the mean rates of stretch; vx, vy, spin of d become twice the mean velocities."""
+    vx, vy, spin, n, old, acc = d.vx, d.vy, d.spin, body.n, m.old, m.acc
+    for k in range(np.uint64(body.full)):
+        vx[k], vy[k] = 2.0 * old.vx[k] + h * acc.x[k], 2.0 * old.vy[k] + h * acc.y[k]
+        spin[k] = 2.0 * old.spin[k] + h * acc.phi[k]
+    vx[n], vy[n], spin[n] = vx[0], vy[0], spin[0]
+    for k in range(np.uint64(body.full)):
+        along = d.ex[k + ONE] * (vx[k + ONE] - vx[k]) + d.ey[k + ONE] * (vy[k + ONE] - vy[k])
+        d.rate[k + ONE] = along + d.after[k + ONE] * spin[k + ONE] - d.before[k + ONE] * spin[k]
+
+
+@loop
+def line_rates(
+    n: int, full: int, inv_h: float, old: Array, new: Array, tension: Array, d: Dampers
+) -> None:
+    """Write twice the mean rates of stretch; add the dampers of the last step to the tensions."""
+    for k in range(np.uint64(full)):
+        d.rate[k + ONE] = old[k + ONE] + new[k + ONE] - old[k] - new[k]
+    for k in range(np.uint64(n) + ONE):
+        tension[k] += inv_h * d.impulse[k]
+
+
+@loop
+def take_contacts(
+    a: int, e: int, inv_mass: float, rim: float, bias: Array, c: Contact, d: Dampers
+) -> None:
+    """Write p, q, stuck and given of bodies a to e on one pulley.
+
+    A body that sticks loses what it had along t and takes up `rim`, that of a prescribed speed.
+    One near two pulleys is pressed by one of them: only that may write.
+    """
+    p, q, stuck, given, ex, ey = d.p, d.q, d.stuck, d.given, d.ex, d.ey
+    for k in range(np.uint64(a), np.uint64(e)):
+        pressed, hold, kappa = c.forward[k] + c.backward[k] > 0.0, c.sticking[k] > 0.0, c.kappa[k]
+        x, y = ey[k] * c.nx[k] - ex[k] * c.ny[k], ey[k + ONE] * c.nx[k] - ex[k + ONE] * c.ny[k]
+        g = (rim + bias[k]) / kappa if hold else kappa * c.friction[k] * inv_mass
+        p[k], q[k] = x if pressed else p[k], y if pressed else q[k]
+        stuck[k], given[k] = c.sticking[k] if pressed else stuck[k], g if pressed else given[k]
+
+
+@loop
+def pulled(a: int, e: int, inv_mass: float, bias: Array, c: Contact, d: Dampers) -> None:
+    """Write the bias of sticking with dampers, from that without."""
+    for k in range(np.uint64(a), np.uint64(e)):
+        along = d.impulse[k + ONE] * d.q[k] - d.impulse[k] * d.p[k]
+        c.bias[k] = bias[k] - c.kappa[k] * inv_mass * along
+
+
+@loop
+def guess(a: int, e: int, rim: float, bias: Array, c: Contact) -> None:
+    """Have bodies a to e stick if they did and are pressed, or slide as they did, at the limit."""
+    for k in range(np.uint64(a), np.uint64(e)):
+        way = rim + bias[k] if c.friction[k] == 0.0 else c.friction[k]
+        c.friction[k] = c.forward[k] if way > 0.0 else -c.backward[k]
+        c.sticking[k] *= 1.0 if c.forward[k] + c.backward[k] > 0.0 else 0.0
+
+
+@part
+def corrected(rim: float, c: Contact, k: int) -> tuple[float, float]:
+    """Return friction and sticking of body k as they should have been, after a solution.
+
+    What sticks and needs more than its limit slides; what was to slide and did so along its
+    friction sticks: it may not turn round, or bodies that are tied by stiff dampers went to and
+    fro for ever. What is not pressed does not stick, though its friction, none, is within limits.
+    """
+    needed, friction, low, high = (
+        c.yields[k] * (rim + c.bias[k]),
+        c.friction[k],
+        -c.backward[k],
+        c.forward[k],
+    )
+    limited = min(max(needed, low), high)
+    within = 1.0 if limited == needed and high - low > 0.0 else 0.0
+    turned = 1.0 if (needed - friction) * friction < 0.0 else 0.0
+    way = needed if friction == 0.0 else friction
+    limit = high if way > 0.0 else low
+    stuck = c.sticking[k] > 0.0
+    return limited if stuck else limit, within if stuck else turned
+
+
+@loop
+def correct(a: int, e: int, rim: float, c: Contact) -> float:
+    """Correct friction and sticking of bodies a to e; return how many change between both."""
+    changed = 0.0
+    for k in range(np.uint64(a), np.uint64(e)):
+        friction, sticking = corrected(rim, c, k)
+        changed += abs(sticking - c.sticking[k])
+        c.friction[k], c.sticking[k] = friction, sticking
+    return changed
+
+
+@loop
+def follow_limits(a: int, e: int, c: Contact) -> None:
+    """Have the friction of what slides of bodies a to e its limits, which may have changed."""
+    for k in range(np.uint64(a), np.uint64(e)):
+        limit = c.forward[k] if c.friction[k] > 0.0 else -c.backward[k]
+        c.friction[k] = c.friction[k] if c.sticking[k] > 0.0 else limit
+
+
+@part
+def correct_one(a: int, e: int, rim: float, c: Contact) -> float:
+    """Correct the first of the bodies a to e that contradicts its law; return whether one does."""
+    for k in range(np.uint64(a), np.uint64(e)):
+        friction, sticking = corrected(rim, c, k)
+        if sticking != c.sticking[k]:
+            c.friction[k], c.sticking[k] = friction, sticking
+            return 1.0
+    return 0.0
+
+
+@loop
+def rim_rows(a: int, e: int, radius: float, c: Contact, d: Dampers, rim: Array) -> None:
+    """Add how the rim of a pulley stretches the joints of bodies a to e, which stick to it."""
+    for k in range(np.uint64(a), np.uint64(e)):
+        rim[k] += c.sticking[k] * radius / c.kappa[k] * d.p[k]
+    for k in range(np.uint64(a), np.uint64(e)):
+        rim[k + ONE] -= c.sticking[k] * radius / c.kappa[k] * d.q[k]
+
+
+@loop
+def held(a: int, e: int, bias: Array, c: Contact) -> tuple[float, float]:
+    """Return the mass of what sticks, kg, and what it and what slides takes from a pulley, N s."""
+    mass = need = 0.0
+    for k in range(np.uint64(a), np.uint64(e)):
+        own = c.sticking[k]
+        mass += own * c.yields[k]
+        need += own * c.yields[k] * bias[k] + (1.0 - own) * c.friction[k]
+    return mass, need
+
+
+@loop
+def dot(n: int, u: Array, v: Array) -> float:
+    """Return the sum of products over the joints."""
+    total = 0.0
+    for k in range(ONE, np.uint64(n) + ONE):
+        total += u[k] * v[k]
+    return total
+
+
+@loop
+def add_times(n: int, factor: float, u: Array, v: Array) -> None:
+    """Add a multiple of u to v."""
+    for k in range(np.uint64(n) + ONE):
+        v[k] += factor * u[k]
+
+
+@part
+def eliminate(n: int, own: float, inv_mass: float, d: Dampers) -> None:
+    """Solve the cyclic tridiagonal system for all columns [2]_.
+
+    Body 0, which couples joints n and 1, is a change of rank one of a plain system. The rows are
+    made on the way: each division waits for the one before it, and there is time.
+    """
+    main, link, p, q, stuck, given, rate = d.main, d.link, d.p, d.q, d.stuck, d.given, d.rate
+    inverse, off, corner, columns = d.inverse, d.off, d.corner, d.columns
+    x, last = columns[0], np.uint64(n)
+    edge = link[0] + inv_mass * stuck[0] * p[0] * q[0]
+    diagonal = own + (main[1] - inv_mass * (stuck[1] * p[1] * p[1] + stuck[0] * q[0] * q[0]))
+    inverse[1], corner[1], gamma = 0.5 / diagonal, -diagonal, -diagonal
+    x[1] = rate[1] + p[1] * given[1] - q[0] * given[0]
+    for k in range(np.uint64(2), last + ONE):
+        b = k - ONE
+        o = link[b] + inv_mass * stuck[b] * p[b] * q[b]
+        free = stuck[k] * p[k] * p[k] + stuck[b] * q[b] * q[b]
+        diagonal = own + (main[k] - inv_mass * free)
+        diagonal -= edge * edge / gamma if k == last else 0.0
+        factor = o * inverse[b]
+        inverse[k], off[b] = 1.0 / (diagonal - o * o * inverse[b]), o
+        corner[k] = (edge if k == last else 0.0) - factor * corner[b]
+        x[k] = rate[k] + p[k] * given[k] - q[b] * given[b] - factor * x[b]
+        for i in range(1, len(columns)):
+            columns[i, k] -= factor * columns[i, b]
+    corner[n] *= inverse[n]
+    for i in range(len(columns)):
+        columns[i, n] *= inverse[n]
+    for back in range(ONE, last):
+        b = last - back
+        corner[b] = (corner[b] - off[b] * corner[b + ONE]) * inverse[b]
+        for i in range(len(columns)):
+            columns[i, b] = (columns[i, b] - off[b] * columns[i, b + ONE]) * inverse[b]
+    below = 1.0 + corner[1] + edge * corner[n] / gamma
+    for i in range(len(columns)):
+        share = (columns[i, 1] + edge * columns[i, n] / gamma) / below
+        for k in range(ONE, last + ONE):
+            columns[i, k] -= share * corner[k]
+        columns[i, 0] = columns[i, n]
+
+
+@part
+def rim_columns(b: Belt, d: Dampers) -> None:
+    """Write how the rims of free pulleys stretch the joints of what sticks to them."""
+    for i in range(len(b.free)):
+        j, rim = b.free[i], d.rims[i]
+        for k in range(b.width):
+            rim[k] = 0.0
+        for r in range(b.n_runs[0]):
+            if b.runs[r, 0] == j:
+                rim_rows(b.runs[r, 1], b.runs[r, 2], b.pul[RADIUS, j], contact_of(b.con, j), d, rim)
+        rim[b.n] += rim[0]
+        copy(rim, d.columns[1 + i])
+
+
+@part
+def solve_rims(b: Belt, d: Dampers) -> None:
+    """Write SPEED_NEW of free pulleys with what sticks to them; add their columns to the first.
+
+        I omega+ + R sum m/kappa^2 (R omega+ + bias) - rim . D = I omega - R sum friction
+
+    The system is symmetric and positive definite: it needs no pivots.
+    """
+    pul, m, free = b.pul, d.matrix, len(b.free)
+    for i in range(free):
+        j = b.free[i]
+        for c in range(free):
+            m[i, c] = dot(b.n, d.rims[i], d.columns[1 + c])
+        m[i, i] += pul[INERTIA, j]
+        m[i, free] = pul[INERTIA, j] * pul[ALPHA, j] - dot(b.n, d.rims[i], d.columns[0])
+        for r in range(b.n_runs[0]):
+            if b.runs[r, 0] == j:
+                mass, need = held(b.runs[r, 1], b.runs[r, 2], d.bias[j], contact_of(b.con, j))
+                m[i, i] += pul[RADIUS, j] ** 2 * mass
+                m[i, free] -= pul[RADIUS, j] * need
+    for i in range(free):
+        for row in range(i + 1, free):
+            share = m[row, i] / m[i, i]
+            for c in range(i, free + 1):
+                m[row, c] -= share * m[i, c]
+    for i in range(free - 1, -1, -1):
+        for c in range(i + 1, free):
+            m[i, free] -= m[i, c] * m[c, free]
+        m[i, free] /= m[i, i]
+        pul[SPEED_NEW, b.free[i]] = m[i, free]
+        add_times(b.n, m[i, free], d.columns[1 + i], d.columns[0])
+
+
+@part
+def gather_contacts(b: Belt, d: Dampers) -> None:
+    """Write what the system takes of the contacts, by bodies."""
+    pul, n = b.pul, b.n
+    for k in range(b.width):
+        d.p[k] = d.q[k] = d.stuck[k] = d.given[k] = 0.0
+    for r in range(b.n_runs[0]):
+        j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+        rim = pul[FIXED, j] * pul[RADIUS, j] * pul[SPEED_NEW, j]
+        take_contacts(a, e, 1.0 / b.mass, rim, d.bias[j], contact_of(b.con, j), d)
+    d.p[n], d.q[n], d.stuck[n], d.given[n] = d.p[0], d.q[0], d.stuck[0], d.given[0]
+
+
+@loop
+def correct_tensions(n: int, inv_h: float, new: Array, used: Array, tension: Array) -> bool:
+    """Have the tensions the new impulses of dampers if these are off; return whether they were.
+
+    If not, the limits of friction stay those that the impulses were found with: the dampers are
+    stiff, and what they are not told of would come back to them a step later.
+    """
+    off = size = 0.0
+    for k in range(np.uint64(n)):
+        off += abs(new[k] - used[k])
+        size += abs(tension[k])
+    anew = inv_h * off > TENSION_TOLERANCE * size
+    if anew:
+        for k in range(np.uint64(n) + ONE):
+            tension[k] += inv_h * (new[k] - used[k])
+            used[k] = new[k]
+    return anew
+
+
+@part
+def solve_dampers(
+    h: float,
+    axial: float,
+    line: Line | None,
+    v_middle: Array | None,
+    v_new: Array | None,
+    s: Steps,
+    b: Belt,
+    d: Dampers,
+) -> None:
+    """Solve for dampers along the belt and for friction by turns; write impulse and SPEED_NEW.
+
+    Reads the rows of the joints, `bias` and, in the plane, the limits of the friction. On a `line`
+    these follow the tensions, which have the impulses that are known. The friction comes last: the
+    momentum of pulleys and bodies is kept whatever became of the dampers.
+    """
+    pul, anew, changed = b.pul, True, 1.0
+    copy(d.impulse, d.used)
+    for number in range(MAX_PASSES + 1):
+        if number > 0:
+            s.counts[PASSES] += 1
+            gather_contacts(b, d)
+            rim_columns(b, d)
+            eliminate(b.n, 2.0 / (h * axial), 1.0 / b.mass, d)
+            solve_rims(b, d)
+            if line is not None:
+                anew = correct_tensions(b.n, 1.0 / h, d.columns[0], d.used, b.work[TENSION])
+            copy(d.columns[0], d.impulse)
+        changed = 1.0 if number == 0 else 0.0
+        if line is not None and anew:
+            press_line(h, v_middle, v_new, d.bias, b, line)
+            changed = 1.0
+        for r in range(b.n_runs[0]):
+            j, a, e, c = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2], contact_of(b.con, b.runs[r, 0])
+            rim = pul[RADIUS, j] * pul[SPEED_NEW, j]
+            if number == 0:
+                guess(a, e, rim, d.bias[j], c)
+            else:
+                pulled(a, e, 1.0 / b.mass, d.bias[j], c, d)
+                if number <= BLOCK_PASSES:
+                    changed += correct(a, e, rim, c)
+                elif changed == 0.0:
+                    changed += correct_one(a, e, rim, c)
+                else:
+                    follow_limits(a, e, c)
+        if changed == 0.0:
+            break
+    if changed > 0.0:
+        s.counts[UNSETTLED] += 1
+    solve_pulleys(b)
+
+
+@loop
+def give_way(body: Body, h: float, m: Motion, d: Dampers) -> None:
+    """Add the dampers along the belt to the forces of joints and to the accelerations."""
+    impulse, inv_h, full, acc, joints = d.impulse, 1.0 / h, body.full, m.acc, m.joints
+    inv_mass, inv_inertia = 1.0 / body.mass, 1.0 / body.inertia
+    for k in range(np.uint64(full)):
+        d0, d1 = impulse[k], impulse[k + ONE]
+        d.vx[k] = inv_mass * (d1 * d.ex[k + ONE] - d0 * d.ex[k])
+        d.vy[k] = inv_mass * (d1 * d.ey[k + ONE] - d0 * d.ey[k])
+        d.spin[k] = inv_inertia * (d1 * d.before[k + ONE] - d0 * d.after[k])
+    for k in range(np.uint64(full)):
+        acc.x[k] += inv_h * d.vx[k]
+        acc.y[k] += inv_h * d.vy[k]
+        acc.phi[k] += inv_h * d.spin[k]
+    for k in range(np.uint64(body.n) + ONE):
+        joints.fx[k] += inv_h * impulse[k] * d.ex[k]
+        joints.fy[k] += inv_h * impulse[k] * d.ey[k]
+
+
+@loop
+def twist(full: int, by: float, torsion: Array, spin: Array) -> None:
+    """Add to bodies what torsion does to them."""
+    for k in range(np.uint64(full)):
+        spin[k] += by * (torsion[k + ONE] - torsion[k])
+
+
+@loop
+def solve_bending(
+    n: int, h: float, bending: float, inertia: float, spin: Array, aphi: Array, d: Dampers
+) -> None:
+    """Correct the impulses of the dampers of bending by what was not known of the spins.
+
+        2 T_k/(h b) + (2 T_k - T_(k-1) - T_(k+1))/I = phi'_k - phi'_(k-1), twice the mean
+
+    is solved for the change of T by two recursions: with E T_k = T_(k+1) the left side is
+    (1 - z/E) (1 - z E) T/(z I), z < 1. Each begins with what a whole round leaves.
+    """
+    x, twice, last = d.correction, d.given, np.uint64(n)
+    for k in range(last):
+        twice[k] = 2.0 * spin[k] + h * aphi[k]
+    twice[n] = twice[0]
+    own = 2.0 / (h * bending)
+    middle = 1.0 + 0.5 * own * inertia
+    z = 1.0 / (middle + np.sqrt(middle * middle - 1.0))
+    for k in range(last):
+        x[k + ONE] = z * inertia * (twice[k + ONE] - twice[k] - own * d.torsion[k + ONE])
+    before = after = 0.0
+    for k in range(ONE, last + ONE):
+        before = z * before + x[k]
+    before /= 1.0 - z**n
+    for k in range(ONE, last + ONE):
+        before = z * before + x[k]
+        x[k] = before
+    for k in range(last):
+        after = z * after + x[last - k]
+    after /= 1.0 - z**n
+    for k in range(last):
+        after = z * after + x[last - k]
+        x[last - k] = after
+    x[0] = x[n]
+    for k in range(last + ONE):
+        d.torsion[k] += x[k]
+
+
+@loop
+def heat_of_dampers(n: int, coefficient: float, impulse: Array) -> float:
+    """Return the heat of dampers of these impulses in a step, D^2/(h b), J, for h b."""
+    heat = 0.0
+    for k in range(np.uint64(n)):
+        heat += impulse[k] * impulse[k]
+    return heat / coefficient
+
+
+# --- steps ----------------------------------------------------------------------------------------
+
+
+@part
+def end_steps(y: Array, y_old: Array, b: Belt) -> bool:
+    """Clear what closes the ring behind the last body; return whether all numbers are finite."""
+    for row in range(0, b.angles, b.width):
+        for k in range(row + b.n, row + b.width):
+            y[k] = y_old[k] = 0.0
+    total = 0.0
+    for i in range(len(y)):
+        total += abs(y[i])
+    return total < np.inf
+
+
+@kernel
+def integrate_plane(
+    steps: int,
+    h: float,
+    distinct: bool,
+    s: Steps,
+    b: Belt,
+    d: Any,  # Dampers or None
+    damping: float | None,
+    axial: float | None,
+    bending: float | None,
+) -> bool:
+    """Take steps of length h, s, of bodies in the plane; return whether the state is finite.
+
+    `axial` and `bending` are the dampers that are solved for, N s/m and N m s: b has none of them,
+    and d room for them. `damping` is that of b. With `distinct` static friction the modes of
+    contacts follow each step. Without a step, at the start, it searches for bodies near pulleys.
+    """
+    counts, y, y_old, half = s.counts, s.y, s.y_old, b.angles // 2
+    body = Body(b.n, b.full, b.half, b.mass, b.inertia)
+    kin, flat = y[: b.angles].reshape((6, b.width)), s.middle.reshape(b.angles)
+    q, v, q_middle, v_middle = y[:half], y[half : b.angles], flat[:half], flat[half:]
+    m = motion_of(kin, s, b.work)
+    acc, twisting = m.acc, 1.0 / (h * b.inertia)
+    more, bias = None, b.con[BIAS]
+    if axial is not None:
+        more, bias = d, d.bias
+    copy(y_old[half : b.angles], v_middle)
+    starts = steps == 0 and counts[STEPS] == 0
+    for number in range(1 if starts else steps):
+        if starts:  # modes of contacts follow the speeds
+            drive(0.0, b)
+        if counts[STEPS] % SEARCH_INTERVAL == 0:
+            search(b, kin, b.plane, None, b.wrap)
+        if starts:
+            break
+        if number == steps - 1:
+            copy(q, y_old[:half])
+        start_pulleys(counts[STEPS] * h, h, y, y_old, b)
+        predict(half, h, q, v, q_middle, v_middle)
+        damped = body_forces(s.middle, acc, m.joints.dx[1:], m.joints.dy[1:], b)
+        for r in range(b.n_runs[0]):
+            j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+            rim, c = rim_of(b.pul, j), contact_of(b.con, j)
+            damped += press_in_step(
+                body, a, e, h, rim, b.contact_damping, b.wrap, m, more, bias[j], c
+            )
+        damped *= h
+        if bending is not None:
+            twist(b.full, twisting, d.torsion, acc.phi)
+        if axial is None:
+            solve_pulleys(b)
+        else:
+            joint_rows(body, m.joints, d)
+            stretch_rates(body, h, m, d)
+            solve_dampers(h, axial, None, None, None, s, b, d)
+            give_way(body, h, m, d)
+            damped += heat_of_dampers(b.n, h * axial, d.impulse)
+        if bending is not None:
+            solve_bending(b.n, h, bending, b.inertia, m.old.spin, acc.phi, d)
+            twist(b.full, twisting, d.correction, acc.phi)
+            damped += heat_of_dampers(b.n, h * bending, d.torsion)
+        rubbed = 0.0
+        for r in range(b.n_runs[0]):
+            j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+            before, after = rim_speeds(b.pul, j)
+            c = contact_of(b.con, j)
+            force, heat = rub_in_step(a, e, h, b.mass, before, after, acc, c)
+            b.pul[PULL, j] += force
+            rubbed += heat
+        if damping is not None:
+            damped += h * missed_power(body, h, m)
+        for k in range(b.n, b.width):  # nothing behind the last body ever moves
+            acc.x[k] = acc.y[k] = acc.phi[k] = 0.0
+        move_by(half, h, q, v, s.acc.reshape(half), q_middle, v_middle)
+        end_pulleys(h, rubbed, damped, y, b)
+        if distinct:
+            update_modes(b)
+        counts[STEPS] += 1
+    copy(v_middle, y_old[half : b.angles])
+    return end_steps(y, y_old, b)
+
+
+@kernel
+def integrate_line(
+    steps: int,
+    h: float,
+    distinct: bool,
+    s: Steps,
+    b: Belt,
+    d: Any,  # Dampers or None
+    damping: float | None,
+    axial: float | None,
+    line: Line,
+) -> bool:
+    """Take steps of length h, s, of points on a line, as `integrate_plane`."""
+    counts, y, y_old, pul = s.counts, s.y, s.y_old, b.pul
+    n, full, w, tension = b.n, b.full, b.width, b.work[TENSION]
+    kin, q_middle, v_middle, new = y[: b.angles].reshape((2, w)), s.middle[0], s.middle[1], s.acc[0]
+    q, v = kin[0], kin[1]
+    copy(y_old[w : b.angles], v_middle)
+    starts = steps == 0 and counts[STEPS] == 0
+    for number in range(1 if starts else steps):
+        if starts:  # modes of contacts follow the speeds
+            drive(0.0, b)
+        if counts[STEPS] % SEARCH_INTERVAL == 0:
+            search(b, kin, None, line, None)
+        if starts:
+            break
+        if number == steps - 1:
+            copy(q, y_old[:w])
+        start_pulleys(counts[STEPS] * h, h, y, y_old, b)
+        predict(w, h, q, v, q_middle, v_middle)
+        point_forces(s.middle, new, b, line)
+        gain(w, h, v, new, new)
+        rubbed = damped = 0.0
+        if axial is None:
+            press_line(h, v_middle, new, b.con[BIAS], b, line)
+            solve_pulleys(b)
+        else:
+            v[n], new[n] = v[0], new[0]
+            line_rates(n, full, 1.0 / h, v, new, tension, d)
+            solve_dampers(h, axial, line, v_middle, new, s, b, d)
+            twist(full, 1.0 / b.mass, d.impulse, new)
+            damped += heat_of_dampers(n, h * axial, d.impulse)
+        for r in range(b.n_runs[0]):
+            j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+            c, sense = contact_of(b.con, j), line.senses[j]
+            before, after = rim_speeds(pul, j)
+            force, heat = slide_in_step(a, e, b.mass, sense, before, after, v, new, c)
+            pul[PULL, j] += force
+            rubbed += heat
+        if damping is not None:
+            v[n], new[n] = v[0], new[0]
+            damped += h * power_on_line(n, full, damping, v_middle, v, new)
+        for k in range(n, w):
+            new[k] = v[k] = 0.0
+        move(w, h, q, v, new, q_middle, v_middle)
+        end_pulleys(h, rubbed, damped, y, b)
+        if distinct:
+            update_modes(b)
+        counts[STEPS] += 1
+    copy(v_middle, y_old[w : b.angles])
+    return end_steps(y, y_old, b)
+
+
+# --- the choice of a step -------------------------------------------------------------------------
+
+# The scheme is stable for omega h < 2; where a damper takes the share r h of a velocity in a step
+# and its velocity is extrapolated, for (omega + 1.1 r) h < 2 (largest eigenvalue of a step).
+MAX_OMEGA_H, LOST_TO_DAMPING = 2.0, 1.1
+MAX_DECAY = 0.65  # r h; beyond it less than that
+DEFAULT_STEP_RATIO = 0.935  # of it is taken by default
+# Contacts open and close: a bounce takes pi/omega, and some steps are to fall into it.
+MAX_CONTACT_PHASE = 0.4
+# Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.
+STIFF = 0.5
+# A joint without much tension may point anywhere; its damper then meets the small inertia of the
+# bodies that it turns, too much for extrapolation. Twice sin^2 of its angle with their mean
+# direction measures that, 2 at most. Beyond what a step allows a damper is weakened by as much;
+# where a step allows less than the other number, dampers are solved for.
+ALL_OBLIQUITIES, LEAST_OBLIQUITY = 2.0, 0.1
+# A damper that pulls with the force D along a joint of the tension T stiffens it across by D/T: its
+# direction turns. Steps are stable for omega h sqrt(1 + D/T) < 2, so the default ratio takes
+# D/T = 0.14. Dampers whose decay in a step is beyond VERY_STIFF pull harder in violent overload
+# (measured 0.2 at 180, 0.9 at 3600, with up to 40 % of the energy from nowhere): theirs takes 1.04.
+VERY_STIFF, VERY_STIFF_STEP_RATIO = 100.0, 0.7
+# Dampers of a line are solved for if they would shorten the steps by more than this: a step that
+# does takes about as much longer.
+SHORTENED = 4.0
+# Seconds on one core at about 3 GHz: bodies, points; shown to users only.
+COMPILE_SECONDS = {
+    (True, False): 6.0,
+    (True, True): 10.0,
+    (False, False): 6.0,
+    (False, True): 9.0,
+}
+
+
+class StepPlan(NamedTuple):
+    """How a belt is stepped.
+
+    Attributes
+    ----------
+    h, max_step : float, s
+        The length of a step, and that below which steps are stable.
+    axial, bending : float, N s/m and N m s
+        The dampers that steps solve for.
+    obliquity : float or None
+        Of `Belt`.
+    """
+
+    h: float
+    max_step: float
+    axial: float | None
+    bending: float | None
+    obliquity: float | None
+
+
+def stable_step(frequency: float, decay: float) -> float:
+    """Return the length below which steps are stable, s, where velocities are extrapolated."""
+    return min(MAX_OMEGA_H / (frequency + LOST_TO_DAMPING * decay), MAX_DECAY / (decay + TINY))
+
+
+def step_plan(
+    belt: Belt, settings: "BeltSolverSettings", frequency: float, contact_stiffness: float
+) -> StepPlan:
+    """Return the step of a belt whose waves have angular frequencies up to `frequency`, rad/s.
+
+    `contact_stiffness` is that of the deepest contacts, N/m.
+    """
+    longest, axial, bending = settings.max_step or np.inf, belt.damping, belt.bend_damping
+    along = 4.0 * (axial or 0.0) / belt.mass
+    if belt.line is not None:
+        max_step = stable_step(frequency, along)
+        if axial and (settings.step or MAX_OMEGA_H / frequency / SHORTENED) >= max_step:
+            max_step = MAX_OMEGA_H / frequency
+        else:
+            axial = None
+        h = settings.step or min(DEFAULT_STEP_RATIO * max_step, longest)
+        return StepPlan(h, max_step, axial, None, None)
+    max_step, turning = MAX_OMEGA_H / frequency, 4.0 * (bending or 0.0)
+    if bending and (settings.step or DEFAULT_STEP_RATIO * max_step) * turning < STIFF:
+        max_step, bending = stable_step(frequency, turning), None
+    very_stiff = DEFAULT_STEP_RATIO * max_step * along > VERY_STIFF
+    h = settings.step or min(
+        (VERY_STIFF_STEP_RATIO if very_stiff else DEFAULT_STEP_RATIO) * max_step,
+        MAX_CONTACT_PHASE / float(np.sqrt(contact_stiffness / belt.mass)),
+        longest,
+    )
+    # Dampers of a body that is steep to both of its joints turn it with 6 b/m a unit of obliquity.
+    spare = (MAX_OMEGA_H / h - MAX_OMEGA_H / max_step) / LOST_TO_DAMPING
+    obliquity = spare / (1.5 * along + TINY)
+    if h * along <= STIFF and obliquity >= LEAST_OBLIQUITY:
+        axial = None
+    oblique = obliquity if axial is None and obliquity < ALL_OBLIQUITIES else None
+    return StepPlan(h, max_step, axial, bending * belt.inertia if bending else None, oblique)
+
+
+class MoreauStepper:
+    """A belt drive between two steps of a fixed length.
+
+    Parameters
+    ----------
+    belt : Belt
+    state : (size,)
+        At the start.
+    rest : Rest
+        The belt at rest.
+    settings : BeltSolverSettings
+        `step` is the length of a step, s; left out, it is near the longest stable one.
+    frequency, contact_stiffness : float, rad/s and N/m
+        The highest of waves, and that of the deepest contacts.
+    """
+
+    def __init__(
+        self,
+        belt: Belt,
+        state: Array,
+        rest: Any,
+        settings: "BeltSolverSettings",
+        frequency: float,
+        contact_stiffness: float,
+    ) -> None:
+        self._plan = plan = step_plan(belt, settings, frequency, contact_stiffness)
+        if plan.h >= plan.max_step:
+            raise InputError(
+                f"solver.step: {plan.h:.4g} s is too large for the waves in the belt: 'moreau' is"
+                f" stable below {plan.max_step:.4g} s here; give a smaller solver.step, or fewer"
+                " bodies"
+            )
+        self.force_per_impulse = 1.0 / plan.h
+        self._rest, self._distinct = rest, belt.distinct
+        self._belt = belt
+        stiff = plan.axial is not None or plan.bending is not None
+        self.compile_seconds = COMPILE_SECONDS[belt.line is None, stiff]
+        # What is solved for is no damper of the forces.
+        self._stepped = belt._replace(
+            damping=None if plan.axial is not None else belt.damping,
+            bend_damping=None if plan.bending is not None else belt.bend_damping,
+            obliquity=plan.obliquity,
+        )
+        rows = belt.angles // belt.width
+        self._state = Steps(
+            aligned(belt.size),
+            aligned(belt.size),
+            aligned(rows, belt.width),
+            aligned(rows // 2, belt.width),
+            np.zeros(3, dtype=np.int64),
+        )
+        self._state.y_old[:] = self._state.y[:] = state
+        self._dampers = dampers_of(belt) if stiff else None
+
+    @property
+    def t(self) -> float:
+        """The end of the last step, s."""
+        return float(self._state.counts[STEPS] * self._plan.h)
+
+    @property
+    def statistics(self) -> tuple[int, int, int]:
+        """Steps, rejected steps, right-hand sides."""
+        steps = int(self._state.counts[STEPS])
+        return steps, 0, steps
+
+    def start(self) -> None:
+        """Search for bodies near pulleys, and write the forces at rest."""
+        self.compile()
+        belt, rest, bodies = self._belt, self._rest, np.arange(self._belt.n)
+        on = rest.pulley >= 0
+        belt.con[NORMAL, rest.pulley[on], bodies[on]] = rest.normal_force[on]
+        if belt.line is not None:
+            belt.work[TENSION, : belt.n] = rest.tension
+            belt.work[MIDDLE, : belt.n + 1] = np.linspace(0.0, belt.line.length, belt.n + 1)
+            return
+        cos, sin = np.cos(rest.angle), np.sin(rest.angle)
+        for row, place, along in ((FX, rest.x, cos), (FY, rest.y, sin)):
+            gap = place - np.roll(place, 1) - belt.half * (along + np.roll(along, 1))
+            belt.work[row, : belt.n] = belt.stiffness * gap
+
+    def compile(self) -> None:
+        """Have the kernel compiled, by taking no step."""
+        self._integrate(0)
+
+    def advance(self, limit: float, sample: float, steps: int) -> None:
+        """Step until a limit or a sample time, s, is reached or passed, or `steps` are taken."""
+        ahead = (min(limit, sample) - self.t) / self._plan.h
+        # A remainder of a step from rounding is no step.
+        self._integrate(min(steps, max(1, int(np.ceil(ahead - 1e-6)))))
+
+    def _integrate(self, steps: int) -> None:
+        before, (h, _, axial, bending, _) = self.t, self._plan
+        b, s, d, distinct = self._stepped, self._state, self._dampers, self._distinct
+        if b.line is None:
+            sound = integrate_plane(steps, h, distinct, s, b, d, b.damping, axial, bending)
+        else:
+            sound = integrate_line(steps, h, distinct, s, b, d, b.damping, axial, b.line)
+        if not sound:
+            raise NonFinite(
+                f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
+                f" speed of the scenario too large, or solver.step = {h:.3g} s too long?"
+            )
+
+    def interpolate(self, t: float) -> Array:
+        """Return the state at a time in the last step; the forces are those of the step."""
+        ratio = min(max((t - self.t) / self._plan.h + 1.0, 0.0), 1.0)
+        s, pul, given = self._state, self._belt.pul, self._belt.prescribed
+        if s.counts[STEPS]:  # before the first step there is no speed but that of the start
+            start, end = pul[SPEED_OLD, given], pul[SPEED_NEW, given]
+            pul[SPEED, given] = start + ratio * (end - start)
+        inside: Array = s.y_old + ratio * (s.y - s.y_old)
+        return inside
+
+    def arrays(self) -> dict[str, Any]:
+        """Return all that the next steps depend on, by name; writing to them restores it."""
+        b, s, d = self._belt, self._state, self._dampers
+        own = {"y_old": s.y_old, "y": s.y, "counts": s.counts}
+        contacts = {"contacts": b.con, "pulleys": b.pul, "runs": b.runs, "run_count": b.n_runs}
+        if d is None:
+            return {**own, **contacts}
+        dampers = {"impulse": d.impulse, "vx": d.vx, "vy": d.vy, "torsion": d.torsion}
+        return {**own, **contacts, **dampers}
+
+
+def dampers_of(belt: Belt) -> Dampers:
+    """Return room to solve for dampers in; that of a line has joints of one direction."""
+    pulleys, free, width = belt.pul.shape[1], len(belt.free), belt.width
+    tables = aligned(pulleys, width), aligned(1 + free, width), aligned(free, width)
+    d = Dampers._make([*aligned(DAMPER_ROWS, width), *tables, np.zeros((free, free + 1))])
+    if belt.line is not None:
+        d.ex[:], d.main[:], d.link[:] = 1.0, 2.0 / belt.mass, -1.0 / belt.mass
+        # In the frame of the belt, whose first axis is along it: t points along it or against.
+        belt.con[NY], belt.con[KAPPA] = -belt.line.senses[:, None], 1.0
+    return d
