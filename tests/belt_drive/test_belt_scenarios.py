@@ -24,5 +24,6 @@ def test_the_belt_on_three_pulleys_has_every_effect() -> None:
     assert all(effect is not None for _, effect in scenario.effects)
     belt = assemble(scenario).belt
     absent = {name for name in belt._fields if getattr(belt, name) is None}
-    assert absent == {"transition", "creep", "creep_time", "line"}
+    # Obliquity is of steps of a fixed length.
+    assert absent == {"transition", "creep", "creep_time", "obliquity", "line"}
     assert np.any(belt.con[MU_S, :, : belt.n] == scenario.effects.patch.mu_s)

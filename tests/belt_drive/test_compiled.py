@@ -36,7 +36,8 @@ def test_compiled_as_plain(name: str, request: pytest.FixtureRequest) -> None:
     plain = ends(COMPILED[name])
     assert compiled.keys() == plain.keys()
     assert compiled["work"] == plain["work"]
-    for key in compiled.keys() - {"work"}:
+    # A rounding may decide on a further pass of dampers, which changes nothing else.
+    for key in compiled.keys() - {"work", "counts"}:
         array, expected = compiled[key], plain[key]
         # Compiled sums are reordered: rounding of positions, 1e-16 m, which the stiffness of a
         # joint over the mass of a body, 1e8/s^2, and an exact stick, 1e5/s, make much of: 2e-8. The

@@ -1,15 +1,18 @@
 """Kernels compiled for a run: few functions, and none twice."""
 
 import json
+import logging
 import os
 import subprocess
 import sys
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import pytest
 
 import frictionsim as fs
 from frictionsim.cli.commands import run_command_line
+from frictionsim.mechanisms.belt_drive import numba_kinds
 from tests.support.scenarios import ROOT, SCENARIOS
 
 # A large function more is 0.15 s more on one core; seven make a second. Loops over vectors are
@@ -60,3 +63,28 @@ def test_warm_up_names_combinations_and_compiles_nothing_twice(
         "belt_drive, moreau: compiled already",
         "0.0 s of compilation",
     ]
+
+
+def doubled(x: float) -> float:
+    return 2.0 * x
+
+
+def test_without_the_insides_of_numba_kernels_are_slower_and_no_more(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    from numba.core.options import DefaultOptions
+
+    monkeypatch.delattr(DefaultOptions, "_nrt")
+    spec = spec_from_file_location("numba_kinds_of_another_numba", numba_kinds.__file__)
+    assert spec is not None
+    assert spec.loader is not None
+    kinds = module_from_spec(spec)
+    with caplog.at_level(logging.INFO):
+        spec.loader.exec_module(kinds)
+    assert "_nrt" in numba_kinds.OPTIONS
+    assert "_nrt" not in kinds.OPTIONS
+    assert not kinds.DISJOINT
+    assert "kernels of belts will be slower" in caplog.text
+    monkeypatch.undo()
+    twice = kinds.loop(doubled)
+    assert kinds.kernel(lambda x: twice(x))(2.0) == 4.0

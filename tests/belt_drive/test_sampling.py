@@ -11,8 +11,10 @@ import xarray
 
 import frictionsim as fs
 from frictionsim.results import Record
-from tests.support.belt_scenarios import pair, trio
-from tests.support.scenarios import Scenario, scenario_run, simulate
+from tests.support.belt_kernels import sampling
+from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, trio
+from tests.support.falsified import falsified
+from tests.support.scenarios import Scenario, run_anew, scenario_run, simulate
 
 OF_PULLEYS = ["pulley_angle", "pulley_speed", "pulley_torque"]
 OF_BODIES = ["x", "y", "angle", "normal_force", "friction_force", "slip_velocity", "sticking"]
@@ -181,3 +183,26 @@ def test_json_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> No
         "torque_balance",
     }
     assert all(entry["ok"] for entry in told["audit"].values())
+
+
+@pytest.mark.parametrize("without", [{}, NO_MOTION_ACROSS], ids=["in the plane", "guided"])
+def test_samples_do_not_depend_on_how_many_are_worked_out_at_once(
+    without: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a checkpoint works out those that wait, a resumed run would have other bits."""
+    data = pair(solver__backend="moreau", solver__duration=0.02, **without)
+    together = run_anew(data)
+    monkeypatch.setattr(sampling, "MOST_AT_ONCE", 1)
+    alone = run_anew(data)
+    for name, values in together.channels.items():
+        np.testing.assert_array_equal(alone.channels[name], values, err_msg=name)
+    assert alone.quantities == together.quantities
+    assert alone.checks == together.checks
+
+
+def test_a_belt_that_has_more_energy_than_it_was_given_is_stopped() -> None:
+    """Samples say that its springs held ten times less at first than they do."""
+    data = pair(solver__backend="moreau", solver__duration=0.01, **NO_MOTION_ACROSS)
+    run = falsified(data, 4.9e-3, energy_potential=lambda energy: energy - 10.0 * energy[0])
+    assert (run.status, run.failure) == ("failed", "diverged")
+    assert "at t = 0.006 s the belt has 1.11 times the energy that it was given" in run.reason

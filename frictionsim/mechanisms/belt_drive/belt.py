@@ -109,7 +109,7 @@ class Belt(NamedTuple):
         Of a joint, along the belt.
     obliquity : float
         Up to which the damper of a joint acts in full, where fixed steps extrapolate velocities:
-        twice the largest sin^2 of its angles with its bodies.
+        twice sin^2 of its angle with the mean direction of its bodies.
     bending, bend_damping : float, 1/s^2, 1/s
         Of a joint, over the inertia of a body.
     gravity : float, m/s^2

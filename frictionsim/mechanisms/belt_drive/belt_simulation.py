@@ -34,6 +34,7 @@ LOG = logging.getLogger(__name__)
 # Some hundredths of a second without a call of `on_step`: fewer steps of more bodies.
 STEPS_BETWEEN_CALLS = 2000
 BODIES_FOR_ALL_STEPS = 400
+MAX_COUNT = 2.0**53  # up to which a number of a checkpoint is an integer
 TIME_TOLERANCE = 1e-12  # of a time: two that differ by less are the same
 
 
@@ -130,6 +131,8 @@ class BeltDrive:
             values = require_array(state, f"stepping.{name}", np.float64, ndim=array.ndim)
             if values.shape != array.shape:
                 raise unfit(f"stepping.{name}", "is of another type or shape")
+            if array.dtype.kind == "i" and not np.all((values >= 0.0) & (values <= MAX_COUNT)):
+                raise unfit(f"stepping.{name}", "is out of range")
             array[...] = values
         self._check_runs()
         load_part(self._times, "times", state)
@@ -140,12 +143,10 @@ class BeltDrive:
     def _check_runs(self) -> None:
         """Refuse runs of bodies that are none, through which kernels would write elsewhere."""
         belt = self._belt
-        if not 0 <= belt.n_runs[0] <= len(belt.runs):
-            raise unfit("stepping.n_runs", "is out of range")
         pulley, first, end = belt.runs[: belt.n_runs[0]].T
-        known = (pulley >= 0) & (pulley < belt.pul.shape[1])
-        blocks = (first >= 0) & (first < end) & (end <= belt.full)
-        if not np.all(known & blocks & (first % BLOCK == 0) & (end % BLOCK == 0)):
+        inside = (pulley < belt.pul.shape[1]) & (first < end) & (end <= belt.full)
+        in_blocks = (first % BLOCK == 0) & (end % BLOCK == 0)
+        if belt.n_runs[0] > len(belt.runs) or not np.all(inside & in_blocks):
             raise unfit("stepping.runs", "is out of range")
 
     def observe(self) -> SimulationResult:

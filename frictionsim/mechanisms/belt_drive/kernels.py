@@ -347,9 +347,8 @@ def pull(
             dot = px * rx + py * ry
             size = px * px + py * py
             if obliquity is not None:
-                across0, across1 = px * s0 - py * c0, px * s1 - py * c1
-                steepest = max(across0 * across0, across1 * across1)
-                size = max(size, steepest * (2.0 / obliquity))
+                across = px * (s0 + s1) - py * (c0 + c1)
+                size = max(size, across * across * (0.5 / obliquity))
             d = damping * dot / (size + TINY)
             if dx is not None and dy is not None:
                 dx[k], dy[k] = d * px, d * py

@@ -694,7 +694,7 @@ def add_times(n: int, factor: float, u: Array, v: Array) -> None:
         v[k] += factor * u[k]
 
 
-@loop
+@part
 def eliminate(n: int, own: float, inv_mass: float, d: Dampers) -> None:
     """Solve the cyclic tridiagonal system for all columns [2]_.
 
@@ -724,10 +724,10 @@ def eliminate(n: int, own: float, inv_mass: float, d: Dampers) -> None:
     for i in range(len(columns)):
         columns[i, n] *= inverse[n]
     for back in range(ONE, last):
-        k = last - back
-        corner[k] = (corner[k] - off[k] * corner[k + ONE]) * inverse[k]
+        b = last - back
+        corner[b] = (corner[b] - off[b] * corner[b + ONE]) * inverse[b]
         for i in range(len(columns)):
-            columns[i, k] = (columns[i, k] - off[k] * columns[i, k + ONE]) * inverse[k]
+            columns[i, b] = (columns[i, b] - off[b] * columns[i, b + ONE]) * inverse[b]
     below = 1.0 + corner[1] + edge * corner[n] / gamma
     for i in range(len(columns)):
         share = (columns[i, 1] + edge * columns[i, n] / gamma) / below
@@ -963,7 +963,7 @@ def integrate_plane(
     distinct: bool,
     s: Steps,
     b: Belt,
-    d: Dampers | None,
+    d: Any,  # Dampers or None
     damping: float | None,
     axial: float | None,
     bending: float | None,
@@ -1046,7 +1046,7 @@ def integrate_line(
     distinct: bool,
     s: Steps,
     b: Belt,
-    d: Dampers | None,
+    d: Any,  # Dampers or None
     damping: float | None,
     axial: float | None,
     line: Line,
@@ -1114,9 +1114,9 @@ MAX_CONTACT_PHASE = 0.4
 # Dampers whose decay in a step is beyond this are solved for; the others are extrapolated.
 STIFF = 0.5
 # A joint without much tension may point anywhere; its damper then meets the small inertia of the
-# bodies that it turns, too much for extrapolation. Twice sin^2 of its angle with a body measures
-# that: 2 at most. Beyond what a step allows a damper is weakened in that measure; on pulleys the
-# joints of a coarse belt have up to this.
+# bodies that it turns, too much for extrapolation. Twice sin^2 of its angle with their mean
+# direction measures that, 2 at most. Beyond what a step allows a damper is weakened by as much;
+# where a step allows less than the other number, dampers are solved for.
 ALL_OBLIQUITIES, LEAST_OBLIQUITY = 2.0, 0.1
 # A damper that pulls with the force D along a joint of the tension T stiffens it across by D/T: its
 # direction turns. Steps are stable for omega h sqrt(1 + D/T) < 2, so the default ratio takes
@@ -1322,13 +1322,8 @@ class MoreauStepper:
 def dampers_of(belt: Belt) -> Dampers:
     """Return room to solve for dampers in; that of a line has joints of one direction."""
     pulleys, free, width = belt.pul.shape[1], len(belt.free), belt.width
-    d = Dampers(
-        *aligned(DAMPER_ROWS, width),
-        bias=aligned(pulleys, width),
-        columns=aligned(1 + free, width),
-        rims=aligned(free, width),
-        matrix=np.zeros((free, free + 1)),
-    )
+    tables = aligned(pulleys, width), aligned(1 + free, width), aligned(free, width)
+    d = Dampers._make([*aligned(DAMPER_ROWS, width), *tables, np.zeros((free, free + 1))])
     if belt.line is not None:
         d.ex[:], d.main[:], d.link[:] = 1.0, 2.0 / belt.mass, -1.0 / belt.mass
         # In the frame of the belt, whose first axis is along it: t points along it or against.

@@ -16,38 +16,8 @@ from frictionsim.errors import NonFinite, StepUnderflow
 from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Indices, Line, aligned
 from frictionsim.mechanisms.belt_drive.kernels import copy, rhs, search, update_modes
 from frictionsim.mechanisms.belt_drive.numba_kinds import kernel, loop, part
+from frictionsim.solvers import runge_kutta_fehlberg as rkf
 from frictionsim.solvers import stepper
-from frictionsim.solvers.runge_kutta_fehlberg import (
-    A21,
-    A31,
-    A32,
-    A41,
-    A42,
-    A43,
-    A51,
-    A52,
-    A53,
-    A54,
-    A61,
-    A62,
-    A63,
-    A64,
-    A65,
-    B1,
-    B3,
-    B4,
-    B5,
-    B6,
-    C2,
-    C3,
-    C4,
-    C6,
-    E1,
-    E3,
-    E4,
-    E5,
-    E6,
-)
 from frictionsim.solvers.stepper import MIN_ERROR_NORM
 
 if TYPE_CHECKING:
@@ -78,7 +48,14 @@ START, STEP, INTERPOLATE = range(3)  # tasks
 # of its stability polynomial R, the highest power first (`stability.md`).
 DISSIPATION = 0.8
 D1, D3, D4, D5, D6 = (
-    b + DISSIPATION * e for b, e in ((B1, E1), (B3, E3), (B4, E4), (B5, E5), (B6, E6))
+    b + DISSIPATION * e
+    for b, e in (
+        (rkf.B1, rkf.E1),
+        (rkf.B3, rkf.E3),
+        (rkf.B4, rkf.E4),
+        (rkf.B5, rkf.E5),
+        (rkf.B6, rkf.E6),
+    )
 )
 R6, R5 = (1.0 + DISSIPATION) / 2080, 1 / 120 - DISSIPATION * (1 / 104 - 1 / 120)
 STABILITY_POLYNOMIAL = (R6, R5, 1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
@@ -198,8 +175,8 @@ def error_norm(
     """
     total = 0.0
     for i in range(len(k1)):
-        e = h * (E1 * k1[i] + E3 * k3[i] + E4 * k4[i] + E5 * k5[i] + E6 * k6[i])
-        e2 = (e * inv_scale[i]) ** 2
+        e = rkf.E1 * k1[i] + rkf.E3 * k3[i] + rkf.E4 * k4[i] + rkf.E5 * k5[i] + rkf.E6 * k6[i]
+        e2 = (h * e * inv_scale[i]) ** 2
         e4 = e2 * e2
         e8 = e4 * e4
         total += e8 * e8
@@ -258,16 +235,16 @@ def advance(
                 copy(s.f, k0)
                 t, y_new = clock[T], s.y
             h = clipped_step(min(clock[H], max_step), limit - t)
-        sum_1(h, A21, s.y_old, k0, z)
-        rhs(t + C2 * h, h, z, k1, b, plane, line, inv_tau)
-        sum_2(h, A31, A32, s.y_old, k0, k1, z)
-        rhs(t + C3 * h, h, z, k2, b, plane, line, inv_tau)
-        sum_3(h, A41, A42, A43, s.y_old, k0, k1, k2, z)
-        rhs(t + C4 * h, h, z, k3, b, plane, line, inv_tau)
-        sum_4(h, A51, A52, A53, A54, s.y_old, k0, k1, k2, k3, z)
+        sum_1(h, rkf.A21, s.y_old, k0, z)
+        rhs(t + rkf.C2 * h, h, z, k1, b, plane, line, inv_tau)
+        sum_2(h, rkf.A31, rkf.A32, s.y_old, k0, k1, z)
+        rhs(t + rkf.C3 * h, h, z, k2, b, plane, line, inv_tau)
+        sum_3(h, rkf.A41, rkf.A42, rkf.A43, s.y_old, k0, k1, k2, z)
+        rhs(t + rkf.C4 * h, h, z, k3, b, plane, line, inv_tau)
+        sum_4(h, rkf.A51, rkf.A52, rkf.A53, rkf.A54, s.y_old, k0, k1, k2, k3, z)
         rhs(t + h, h, z, k4, b, plane, line, inv_tau)
-        sum_5(h, A61, A62, A63, A64, A65, s.y_old, k0, k1, k2, k3, k4, z)
-        rhs(t + C6 * h, h, z, k5, b, plane, line, inv_tau)
+        sum_5(h, rkf.A61, rkf.A62, rkf.A63, rkf.A64, rkf.A65, s.y_old, k0, k1, k2, k3, k4, z)
+        rhs(t + rkf.C6 * h, h, z, k5, b, plane, line, inv_tau)
         sum_5(h, D1, D3, D4, D5, D6, s.y_old, k0, k2, k3, k4, k5, y_new)
         if task == INTERPOLATE:
             rhs(sample, h, y_new, z, b, plane, line, inv_tau)
