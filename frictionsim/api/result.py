@@ -556,7 +556,7 @@ def side_by_side(results: Sequence[Result]) -> str:
     """Return the tables of several results beside each other, as text."""
     from frictionsim.reports.run_tables import ReportedRun, differences, labels_of, summary
 
-    labels = labels_of([result.path for result in results])
+    labels = labels_of([r.record for r in results], [r.path for r in results])
     runs = [
         ReportedRun(result.record, result.path, label, errors=result.errors)
         for result, label in zip(results, labels, strict=True)

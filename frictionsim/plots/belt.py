@@ -363,10 +363,9 @@ def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) ->
 def mean_spans(record: "Record", samples: Any, pulleys: int) -> Any:
     """Return the mean tension of each span as in the summary, N."""
     tension, touched = record.channels["tension"], record.channels["pulley_index"]
-    spans = [
-        span_tensions(np.asarray(tension[k]), np.asarray(touched[k]), pulleys) for k in samples
-    ]
-    return time_mean(record.time[samples], np.array(spans))
+    return time_mean(
+        record.time[samples], span_tensions(tension[samples], touched[samples], pulleys)
+    )
 
 
 # One body of the belt.

@@ -194,8 +194,7 @@ def _spans(record: "Record", run: int) -> Iterator[Line]:
     tension, touched = (record.channels[name][some] for name in ("tension", "pulley_index"))
     if np.max(touched, initial=-1) >= len(names):
         return
-    pairs = zip(tension, touched, strict=True)
-    spans = np.array([span_tensions(*pair, len(names)) for pair in pairs])
+    spans = span_tensions(tension, touched, len(names))
     for i, values in enumerate(spans.T):
         yield Line(run, i, f"{names[i]} to {names[(i + 1) % len(names)]}", time[some], values)
 
