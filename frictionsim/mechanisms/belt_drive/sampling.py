@@ -348,8 +348,8 @@ class Observer:
         on, sticking = normal > 0.0, states.contacts(STICKING) > 0.0
         lengths, light = on.astype(np.float64), {}
         if self._belt.line is not None:
-            parts = on * self._parts_on_arcs(states.joints[:, 1], self._belt.line)
-            lengths = parts / self._chain.length
+            parts = self._parts_on_arcs(states.joints[:, 1], self._belt.line)
+            lengths = on * parts / self._chain.length
             radius = self._belt.pul[RADIUS, :, None]
             lightly = normal * radius < LIGHT * self._pretension * parts
             light = {"_unpressed": np.sum(lightly * parts / radius, axis=-1)}
