@@ -251,9 +251,9 @@ def figure_of(panels: Sequence[Panel], records: Sequence["Record"], labels: Sequ
     ends = [float(time[i]) for time in times for i in (0, -1)]
     _lay_out(figure, 1 + len(panels), height, ends)
     start = min(ends, default=0.0)  # where the clock begins; the script moves this last shape
-    line = {"color": "#777777", "width": 1.5}
+    look = {"color": "#777777", "width": 1.5}
     cursor = {"x0": start, "x1": start, "y0": 0, "y1": 1, "xref": "x", "yref": "paper"}
-    figure.add_shape(type="line", name="cursor", line=line, **cursor)
+    figure.add_shape(type="line", name="cursor", line=look, **cursor)
     return figure
 
 
