@@ -268,6 +268,10 @@ def page_style() -> str:
         for one, other in zip(COLOURS, COLOURS_ON_DARK, strict=True)
         for what in ("stroke", "fill")
     )
+    lines += "".join(
+        f'\n.dot[style*="{one}"] {{ background: {other} !important; }}'
+        for one, other in zip(COLOURS, COLOURS_ON_DARK, strict=True)
+    )
     return (
         f":root {{ color-scheme: light dark; {light} }}\n{looks}\n"
         f"@media screen and (prefers-color-scheme: dark) {{\n:root {{ {dark} }}\n{lines}\n}}\n"

@@ -246,8 +246,13 @@ def figure_of(panels: Sequence[Panel], records: Sequence["Record"], labels: Sequ
     _mark_events(figure, marked)
     if len(records) == 1:
         _shade(figure, records[0])
-    _lay_out(figure, height, [float(r.channels["time"][i]) for r in records for i in (0, -1)
-                              if len(r.channels["time"])])  # fmt: skip
+    times = [r.channels["time"] for r in records if len(r.channels["time"])]
+    ends = [float(time[i]) for time in times for i in (0, -1)]
+    _lay_out(figure, 1 + len(panels), height, ends)
+    start = min(ends, default=0.0)  # where the clock begins; the script moves this last shape
+    look = {"color": "#777777", "width": 1.5}
+    cursor = {"x0": start, "x1": start, "y0": 0, "y1": 1, "xref": "x", "yref": "paper"}
+    figure.add_shape(type="line", name="cursor", line=look, **cursor)
     return figure
 
 
@@ -291,11 +296,21 @@ SHADE = "rgba(128,128,128,0.22)"
 GRID, AXIS = "#e4e4e4", "#9a9a9a"
 
 
-def _lay_out(figure: Any, height: int, ends: list[float]) -> None:
+def _lay_out(figure: Any, rows: int, height: int, ends: list[float]) -> None:
     start, stop = min(ends, default=0.0), max(ends, default=1.0)
     clear = "rgba(0,0,0,0)"
+    axis = {"gridcolor": GRID, "linecolor": AXIS, "showgrid": True}
     figure.update_layout(
-        template="none",
+        template={
+            "layout": {
+                "xaxis": axis
+                | {"range": [start, stop], "minallowed": start, "maxallowed": stop}
+                | {"zeroline": False, "showline": True, "hoverformat": ".6g"},
+                "yaxis": axis
+                | {"zerolinecolor": AXIS, "showline": True, "nticks": 5, "hoverformat": ".5g"}
+                | {"exponentformat": "power", "minexponent": 6},
+            }
+        },
         height=height + MARGIN["t"] + MARGIN["b"],
         margin=MARGIN,
         paper_bgcolor=clear,
@@ -309,27 +324,8 @@ def _lay_out(figure: Any, height: int, ends: list[float]) -> None:
             "traceorder": "normal",
         },
         hovermode="x",
-        dragmode="zoom",
+        xaxis={"range": [start, stop], "showgrid": False, "showline": False},
+        yaxis={"visible": False, "fixedrange": True, "range": [-1.0, 1.0]},
     )
-    figure.update_xaxes(
-        range=[start, stop],
-        minallowed=start,
-        maxallowed=stop,
-        gridcolor=GRID,
-        linecolor=AXIS,
-        zeroline=False,
-        hoverformat=".6g",
-        title_standoff=6,
-    )
-    figure.update_yaxes(
-        gridcolor=GRID,
-        linecolor=AXIS,
-        zerolinecolor=AXIS,
-        nticks=5,
-        exponentformat="power",
-        minexponent=6,
-        hoverformat=".5g",
-    )
-    figure.update_xaxes(title_text="time, s", row=len(list(figure.select_xaxes())), col=1)
-    figure.update_yaxes(visible=False, fixedrange=True, range=[-1.0, 1.0], row=1, col=1)
-    figure.update_xaxes(showgrid=False, showline=False, row=1, col=1)
+    last = f"xaxis{rows}"
+    figure.update_layout({last: {"title": {"text": "time, s", "standoff": 6}}})

@@ -158,58 +158,65 @@ class Drawing:
         )
 
     def _belt(self, line: Line) -> str:
-        edge, marks, points = self._id(), self._id(), self._placed(line.points)
-        around = self._set([edge, marks], "d", [f"{path}Z" for path in self._paths(line)])
+        edge, marks, plain = self._id(), self._id(), self._id()
+        points = self._placed(line.points)
+        around = self._set(
+            [edge, marks, plain] if line.value is None else [edge, marks],
+            "d",
+            [f"{path}Z" for path in self._paths(line)],
+        )
         gap = self._unit * line.spacing - MARK
         parts = [
             f'<path id="{marks}" class="marks" stroke-width="{BELT_MARK_REACH}"'
             f' stroke-dasharray="{MARK} {gap:.0f}"{around}/>',
             f'<path id="{edge}" class="belt-edge"{around}/>',
         ]
+        whole, halves = _words(points), _words(0.5 * (points + np.roll(points, 1, axis=1)))
         if line.patch is not None:
-            parts.insert(0, self._pieces(points, [line.patch] * len(points), "patch"))
+            flags = np.broadcast_to(line.patch, points.shape[:2])
+            parts.insert(0, self._pieces(whole, flags, ["patch"]))
             self._row(_sample("patch", "M1 7H25"), "patch with other friction")
         if line.value is None:
-            parts.append(f'<path id="{self._id()}" class="belt" style="stroke:var(--role-moving)"')
-            parts[-1] += f"{self._set([f'{self._name}-{self._count}'], 'd', self._paths(line))}/>"
+            parts.append(
+                f'<path id="{plain}" class="belt" style="stroke:var(--role-moving)"{around}/>'
+            )
         else:
             low, high = float(line.value.min()), float(line.value.max())
             share = (line.value - low) / ((high - low) or 1.0)
             level = np.minimum((share * len(TENSION_SCALE)).astype(int), len(TENSION_SCALE) - 1)
             for i, colour in enumerate(TENSION_SCALE):
-                parts.append(self._pieces(points, level == i, "belt", f"stroke:{colour}", 0.0))
+                parts.append(self._pieces(whole, level == i, ["belt"], f"stroke:{colour}"))
             words = f"{low:.4g} to {high:.4g} {unit_text(line.unit)}"
             self._row(_colour_scale(), line.quantity, [words])
         for mode, stuck in STRIPS if line.stuck is not None else ():
             some = np.asarray(line.stuck == stuck)
             if some.any():
-                parts.append(self._pieces(points, some, f"{mode}-edge"))
-                parts.append(self._pieces(points, some, mode))
+                parts.append(self._pieces(halves, some, [f"{mode}-edge", mode], after=1))
                 self._row(_sample(f"{mode}-edge", "M1 7H25", mode), BELT_CONTACT[mode][0])
         return "".join(parts)
 
     def _pieces(
-        self, points: Any, chosen: Any, look: str, style: str = "", ahead: float = 0.5
+        self, words: list[list[str]], chosen: Any, looks: list[str], style: str = "", after: int = 0
     ) -> str:
-        """Return the pieces of a closed line about chosen points, one path.
+        """Return the pieces of a closed line that are chosen, as a path in each of some looks.
 
-        A piece reaches from the point before, or from `ahead` of the way to it, to the point, or as
-        far beyond it.
+        The piece of a point begins at the point before it and ends at it; or with `after`, where
+        the points are halfway before those that are chosen, from there to the next.
         """
-        own = self._id()
-        before = np.roll(points, 1, axis=1)
-        starts = before + ahead * (points - before)
-        stops = points if ahead == 0.0 else np.roll(starts, -1, axis=1)
         paths = []
-        for i, flags in enumerate(chosen):
-            some = np.flatnonzero(flags)
-            runs = np.split(some, np.flatnonzero(np.diff(some) > 1) + 1) if some.size else []
+        for points, flags in zip(words, chosen, strict=True):
+            around = [points[-1], *points, points[0]]
+            ends = np.flatnonzero(np.diff(np.concatenate([[0], flags, [0]]))).tolist()
+            runs = zip(ends[::2], ends[1::2], strict=True)
             paths.append(
-                "".join(_path(np.concatenate([starts[i, r], stops[i, r[-1:]]])) for r in runs)
+                "".join(f"M{' '.join(around[a + after : b + after + 1])}" for a, b in runs)
                 or "M0 0"
             )
+        ids = [self._id() for _ in looks]
         attribute = f' style="{style}"' if style else ""
-        return f'<path id="{own}" class="{look}"{attribute}{self._set([own], "d", paths)}/>'
+        move = self._set(ids, "d", paths)
+        pairs = zip(ids, looks, strict=True)
+        return "".join(f'<path id="{i}" class="{look}"{attribute}{move}/>' for i, look in pairs)
 
     def _bars(self, bars: Arrow) -> str:
         own, paths = self._id(), []
@@ -279,6 +286,11 @@ class Drawing:
             else:
                 values = texts(readout.value, readout.unit)
             self.rows.append(Row(Html(), readout.name, values))
+
+
+def _words(points: Any) -> list[list[str]]:
+    """Return the points of each frame, (frames, n, 2), as SVG writes them."""
+    return [[f"{x} {y}" for x, y in frame] for frame in np.rint(points).astype(int).tolist()]
 
 
 def _path(points: Any, decimals: int = 0) -> str:

@@ -185,14 +185,17 @@ def test_sticking_is_shaded_and_events_have_one_colour_in_chart_and_table(
     html = report_of(pulley)
     (event,) = pulley.record.transitions
     for traces, layout in charts_of(html).values():
-        lines = [shape for shape in layout["shapes"] if shape["type"] == "line"]
+        *shapes, cursor = layout["shapes"]
+        assert (cursor["name"], cursor["x0"]) == ("cursor", 0.0)
+        lines = [shape for shape in shapes if shape["type"] == "line"]
         assert [line["x0"] for line in lines] == [event.time]
         (area,) = (shape for shape in layout["shapes"] if shape["type"] == "rect")
         assert (area["x0"], area["x1"]) == (0.0, event.time)
         (mark,) = (trace for trace in traces if trace["name"] == "breakaway")
         assert f'style="background:{mark["marker"]["color"]}"></span>breakaway' in html
         assert lines[0]["line"]["color"] == mark["marker"]["color"]
-        assert (layout["xaxis"]["minallowed"], layout["xaxis"]["maxallowed"]) == (0.0, 3.0)
+        axis = layout["template"]["layout"]["xaxis"]
+        assert (axis["minallowed"], axis["maxallowed"]) == (0.0, 3.0)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -46,7 +46,7 @@ def test_a_report_plays_seeks_marks_events_zooms_and_prints(
     with opened(browser, path, viewport=WIDE) as page:
         start = page.evaluate(STATE)
         page.click("#play")
-        wait_until(page, "frictionsim.time > frictionsim.start")
+        wait_until(page, f"frictionsim.time > {float(record.channels['time'][2])!r}")
         page.keyboard.press("Space")  # the button has the focus: this is a click on it
         wait_until(page, "document.getElementById('play').textContent === 'play'")
         assert page.evaluate(STATE) != start
@@ -84,8 +84,9 @@ def test_a_report_plays_seeks_marks_events_zooms_and_prints(
             "(to) => Plotly.relayout('charts', {'xaxis.range': to})", [low, 0.5 * (low + high)]
         )
         wait_until(page, f"{RANGES}.every((range) => range[1] < {0.6 * high})")
-        page.locator("summary", has_text="More channels").click()
-        wait_until(page, "document.querySelectorAll('.js-plotly-plot').length === 2")
+        if page.locator("#more").count():
+            page.locator("summary", has_text="More channels").click()
+            wait_until(page, "document.querySelectorAll('.js-plotly-plot').length === 2")
 
         page.emulate_media(media="print")
         assert page.pdf().startswith(b"%PDF")

@@ -41,13 +41,11 @@ const withClock = ({ steps, events, drawings }) => {
   const [slider, play, shown, speed] = ["time", "play", "shown", "speed"].map(byId);
   const decimals = Math.max(0, 3 - Math.floor(Math.log10(end - start || 1)));
   const rows = [...document.querySelectorAll("#events tr:has(button)")];
-  const cursor = { type: "line", x0: start, x1: start, y0: 0, y1: 1, xref: "x", yref: "paper", line: { width: 1.5, color: "#777777" } };
-  const places = [];
   let last = null, told = -Infinity;
 
-  const tell = (t) => charts.forEach((chart, k) => { // Plotly takes longer than a frame
-    const shape = `shapes[${places[k]}]`;
-    if (chart.offsetParent) Plotly.relayout(chart, { [`${shape}.x0`]: t, [`${shape}.x1`]: t });
+  const tell = (t) => charts.forEach((chart) => { // Plotly takes longer than a frame
+    const shape = `shapes[${chart.layout.shapes.length - 1}]`; // the last one is the cursor
+    if (chart.offsetParent && chart.layout.shapes.at(-1).x0 !== t) Plotly.relayout(chart, { [`${shape}.x0`]: t, [`${shape}.x1`]: t });
   });
   const show = (t, now = Infinity) => {
     frictionsim.time = slider.value = t = Math.min(Math.max(t, start), end);
@@ -92,8 +90,6 @@ const withClock = ({ steps, events, drawings }) => {
     if (way) jump(along(event.shiftKey ? events : steps, way)); else toggle();
   });
   frictionsim.follow = (chart) => {
-    places.push(chart.layout.shapes?.length ?? 0);
-    Plotly.relayout(chart, { [`shapes[${places.at(-1)}]`]: cursor });
     chart.on("plotly_click", ({ points }) => jump(points[0].x));
     chart.on("plotly_relayout", (change) => { // they share one time
       const range = change["xaxis.range"] ?? [change["xaxis.range[0]"], change["xaxis.range[1]"]];
