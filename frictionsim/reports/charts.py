@@ -13,7 +13,7 @@ import numpy as np
 from frictionsim.display import COLOURS, event_colour, labelled
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
-from frictionsim.reports.html import escaped
+from frictionsim.reports.html import chart_text
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.toml_data import scenario_value
 from frictionsim.simulation.record import (
@@ -215,7 +215,7 @@ def figure_of(panels: Sequence[Panel], records: Sequence["Record"], labels: Sequ
         shared_xaxes=True,
         row_heights=[strip, *[PANEL] * len(panels)],
         vertical_spacing=GAP / height,
-        subplot_titles=["", *(str(escaped(panel.title)) for panel in panels)],
+        subplot_titles=["", *(chart_text(panel.title) for panel in panels)],
     )
     figure.update_annotations(x=0.0, xanchor="left", font_size=13)
     several, named = len(labels) > 1, set[str]()
@@ -228,7 +228,7 @@ def figure_of(panels: Sequence[Panel], records: Sequence["Record"], labels: Sequ
                     x=line.time,
                     y=line.values,
                     mode="lines",
-                    name=str(escaped(label)),
+                    name=chart_text(label),
                     legendgroup=label,
                     showlegend=bool(label) and label not in named,
                     line={
@@ -266,7 +266,7 @@ def _mark_events(figure: Any, records: Sequence["Record"]) -> None:
             times.setdefault(words, []).append(float(at))
     for words, at in times.items():
         marker = {"color": event_colour(words), "size": 9, "symbol": "triangle-down"}
-        name = str(escaped(words))
+        name = chart_text(words)
         trace = Scatter(x=at, y=[0.0] * len(at), mode="markers", name=name, marker=marker)
         figure.add_trace(trace, row=1, col=1)
         for time in at:

@@ -21,6 +21,11 @@ def escaped(content: object) -> Html:
     return Html(escape(visible(str(content)), quote=True))
 
 
+def chart_text(content: object) -> str:
+    """Return a text for a chart: Plotly knows few names of characters, and takes $ for maths."""
+    return escape(visible(str(content)), quote=False).replace("$", "&#36;")
+
+
 def short(content: object, limit: int = MAX_TEXT) -> str:
     """Return a text, cut with a note of its length if it is longer than a limit."""
     words = str(content)

@@ -12,7 +12,7 @@ from frictionsim.display import COLOURS, GREY, labelled
 from frictionsim.io.cost_table import line_of
 from frictionsim.io.sweep_table import RUN
 from frictionsim.reports.charts import DASHES, SHADE
-from frictionsim.reports.html import escaped
+from frictionsim.reports.html import chart_text
 from frictionsim.sweeps.statistics import is_constant, is_defined, sound_values, varied_values
 
 if TYPE_CHECKING:
@@ -58,10 +58,10 @@ def cost_figure(table: "CostTable") -> tuple[Any, str]:
                     [row[work] for row in done],
                     [max(row[error], MIN_ERROR) for row in done],
                     mode="lines+markers" if not table.of_meshes else "markers",
-                    name=str(escaped(name)),
+                    name=chart_text(name),
                     legendgroup=name,
                     showlegend=column == 1 and bool(done),
-                    text=[str(escaped(row["setting"])) for row in done],
+                    text=[chart_text(row["setting"]) for row in done],
                     line=look | {"dash": DASHES[number % len(DASHES)], "width": 1.4},
                     marker=look | {"symbol": MARKS[number % len(MARKS)], "size": 8},
                 ),
@@ -74,10 +74,10 @@ def cost_figure(table: "CostTable") -> tuple[Any, str]:
                         [row[work] for row in failed],
                         [top] * len(failed),
                         mode="markers",
-                        name=f"{escaped(name)}: {len(failed)} failed",
+                        name=f"{chart_text(name)}: {len(failed)} failed",
                         legendgroup=f"{name}, failed",
                         showlegend=column == 1,
-                        text=[str(escaped(row["reason"])) for row in failed],
+                        text=[chart_text(row["reason"]) for row in failed],
                         marker=look | {"symbol": "x", "size": 10},
                     ),
                     row=1,
@@ -150,7 +150,7 @@ def _is_number(table: "SweepTable", key: str) -> bool:
 
 def _label(table: "SweepTable", name: str) -> str:
     units = table.units.get(name) if name in table.values else table.coordinates[name].unit
-    return str(escaped(labelled(name.rpartition(".")[2], units or "1")))
+    return chart_text(labelled(name.rpartition(".")[2], units or "1"))
 
 
 def _maps(table: "SweepTable", names: "Sequence[str]", keys: list[str]) -> Any:
@@ -186,7 +186,7 @@ def _points(table: "SweepTable", names: "Sequence[str]", keys: list[str], joined
         values = sound_values(table, name)
         figure.update_yaxes(title_text=_label(table, name), row=row, col=1)
         for column, key in enumerate(keys, start=1):
-            x = [str(escaped(v)) if isinstance(v := run[key], str) else v for run in runs]
+            x = [chart_text(v) if isinstance(v := run[key], str) else v for run in runs]
             y, mode = values, "markers"
             if joined and _is_number(table, key):
                 x, y, mode = *_with_gaps(np.asarray(x, dtype=float), values), "lines+markers"
