@@ -4,7 +4,7 @@ Tables, pictures, motions and pages read them here; `page_style` gives colours t
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import isfinite
 
 from frictionsim.results import BACKWARD, FORWARD, MODES, STICK
@@ -286,3 +286,18 @@ def _rgb(colour: str) -> str:
 def _variables(colours: Mapping[str, str], roles: Mapping[str, str]) -> str:
     named = {**colours, **{f"role-{role}": colour for role, colour in roles.items()}}
     return " ".join(f"--{name}: {colour.lower()};" for name, colour in named.items())
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Return the shortest ends of keys that tell them apart, and do not begin with a number."""
+
+    def short(name: str) -> str:
+        parts = name.split(".")
+        for count in range(1, len(parts) + 1):
+            end = ".".join(parts[-count:])
+            same = [other for other in names if f".{other}".endswith(f".{end}")]
+            if len(same) == 1 and not parts[-count].isdecimal():
+                break
+        return end
+
+    return [short(name) for name in names]

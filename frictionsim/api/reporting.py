@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.api import result as results
 from frictionsim.api.result import result_or_sweep
+from frictionsim.api.result_names import files_of, names_of
 from frictionsim.api.studies import Study
 from frictionsim.api.sweep_result import Sweep
 from frictionsim.errors import ArgumentError, InputError
@@ -205,7 +206,6 @@ def _html_of_runs(runs: Sequence[results.Result]) -> str:
         If the results are of unlike kinds.
     """
     from frictionsim.reports.run import run_report
-    from frictionsim.reports.run_tables import labels_of
 
     kinds = list(dict.fromkeys(result.kind for result in runs))
     if len(kinds) > 1:
@@ -215,7 +215,7 @@ def _html_of_runs(runs: Sequence[results.Result]) -> str:
             f"cannot compare results of unlike kinds: {_name(a)} is of kind {a.kind},"
             f" {_name(b)} of kind {b.kind}; give results of one kind"
         )
-    labels = labels_of([result.record for result in runs], [result.path for result in runs])
+    labels = names_of([run.record for run in runs], files_of([run.path for run in runs]))
     return run_report([_reported(*pair) for pair in zip(runs, labels, strict=True)])
 
 

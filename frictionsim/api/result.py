@@ -554,9 +554,10 @@ def _columns(values: Any) -> Iterator[list[Any]]:
 
 def side_by_side(results: Sequence[Result]) -> str:
     """Return the tables of several results beside each other, as text."""
-    from frictionsim.reports.run_tables import ReportedRun, differences, labels_of, summary
+    from frictionsim.api.result_names import files_of, names_of
+    from frictionsim.reports.run_tables import ReportedRun, differences, summary
 
-    labels = labels_of([r.record for r in results], [r.path for r in results])
+    labels = names_of([r.record for r in results], files_of([r.path for r in results]))
     runs = [
         ReportedRun(result.record, result.path, label, errors=result.errors)
         for result, label in zip(results, labels, strict=True)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.display import study_text, with_unit
+from frictionsim.display import short_names, study_text, with_unit
 from frictionsim.errors import InputError
 from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.scenario.model_fields import description_of
@@ -20,11 +20,15 @@ UNNAMED = ("title", "$schema")
 def names_of(records: Sequence["Record"], files: Sequence[str]) -> list[str]:
     """Return a name for each result, such as "mu_s = 0.3"; that of its file if there is none.
 
+    A single result has the empty one.
+
     Parameters
     ----------
     files : sequence of str
         The paths of their files, or other names.
     """
+    if len(records) == 1:
+        return [""]
     names = _by_keys(records)
     stems = [Path(file).stem for file in files]
     for candidates in (names, stems, files):
@@ -33,10 +37,13 @@ def names_of(records: Sequence["Record"], files: Sequence[str]) -> list[str]:
     return [f"{name} ({number})" for number, name in enumerate(files, 1)]
 
 
+def files_of(paths: Sequence[Path | None]) -> list[str]:
+    """Return the paths of results as text; of one without a file its number."""
+    return [str(path or f"result {number}") for number, path in enumerate(paths, start=1)]
+
+
 def _by_keys(records: Sequence["Record"]) -> list[str]:
     """Return the values of the keys that differ; an empty list if these are none or too many."""
-    from frictionsim.plots.style import short_names
-
     try:
         differing = differing_keys(records)
     except InputError:

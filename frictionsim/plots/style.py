@@ -11,7 +11,7 @@ from warnings import catch_warnings, simplefilter
 from matplotlib import rc_context, rcdefaults, rcParams
 from matplotlib.figure import Figure, FigureBase
 
-from frictionsim.display import COLOURS, DASHES, labelled, overrides_of
+from frictionsim.display import COLOURS, DASHES, labelled, overrides_of, short_names
 from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.output_file import PICTURE, check_output, check_replaceable, write_file
 from frictionsim.io.terminal import visible
@@ -203,21 +203,6 @@ def short_overrides(attributes: Mapping[str, str], told: Sequence[str] = ()) -> 
     texts = [f"{name} = {value}" for name, value in pairs if f"{name} {value}" not in told]
     more = len(texts) - MAX_OVERRIDES
     return [*texts[:MAX_OVERRIDES], f"{more} more set"] if more > 0 else texts
-
-
-def short_names(names: Sequence[str]) -> list[str]:
-    """Return the shortest ends of keys that tell them apart, and do not begin with a number."""
-
-    def short(name: str) -> str:
-        parts = name.split(".")
-        for count in range(1, len(parts) + 1):
-            end = ".".join(parts[-count:])
-            same = [other for other in names if f".{other}".endswith(f".{end}")]
-            if len(same) == 1 and not parts[-count].isdecimal():
-                break
-        return end
-
-    return [short(name) for name in names]
 
 
 def add_legend(figure: "Figure | SubFigure", handles: Mapping[str, Any], columns: int = 4) -> None:

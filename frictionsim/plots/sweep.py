@@ -28,6 +28,7 @@ from frictionsim.display import (
     TENSION_COLOURS,
     VERMILION,
     picture_text,
+    short_names,
     study_text,
     with_unit,
 )
@@ -43,7 +44,6 @@ from frictionsim.plots.style import (
     plain,
     set_height,
     set_title,
-    short_names,
     short_overrides,
 )
 from frictionsim.scenario.model_fields import names_in

@@ -12,7 +12,6 @@ from frictionsim.display import (
     number_text,
     quantity_text,
     short_text,
-    study_text,
 )
 from frictionsim.document import Block, Table
 from frictionsim.errors import InputError
@@ -71,53 +70,6 @@ class ReportedRun(NamedTuple):
     def warnings(self) -> list[str]:
         """Reasons to doubt the quantities."""
         return list(filter(None, self.attribute("warnings").split("\n")))
-
-
-MAX_KEYS = 2  # in a name; results that differ in more have the names of their files
-UNNAMED = ("title", "$schema")  # keys
-
-
-def labels_of(records: "Sequence[Record]", paths: Sequence[Path | None]) -> list[str]:
-    """Return a name for each result of a comparison; a single result has none.
-
-    It is what differs, such as "mu_s = 0.3", or the name of the file, and as much more as needed.
-
-    Parameters
-    ----------
-    paths : sequence of Path or None
-        None of a result without a file.
-    """
-    if len(paths) == 1:
-        return [""]
-    stems = ["" if path is None else path.stem for path in paths]
-    files = [
-        f"result {number}" if path is None else stem if stems.count(stem) == 1 else str(path)
-        for number, (path, stem) in enumerate(zip(paths, stems, strict=True), start=1)
-    ]
-    names = next((n for n in (_by_keys(records), files) if len(set(n)) == len(paths)), None)
-    return names or [f"{number}: {name}" for number, name in enumerate(files, start=1)]
-
-
-def _by_keys(records: "Sequence[Record]") -> list[str]:
-    """Return the values of the keys that differ; none where these are too many."""
-    try:
-        from frictionsim.scenario.toml_data import differing_keys
-
-        differing = differing_keys(records)
-    except InputError:
-        return []
-    keys = [key for key in differing if key not in UNNAMED]
-    if not 0 < len(keys) <= MAX_KEYS:
-        return []
-    return [
-        ", ".join(f"{key.rpartition('.')[2]} = {_short(differing[key][i])}" for key in keys)
-        for i in range(len(records))
-    ]
-
-
-def _short(value: Any) -> str:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    return study_text(value) if number else _cell(value)
 
 
 def summary(runs: Sequence[ReportedRun]) -> Iterator[Block]:
