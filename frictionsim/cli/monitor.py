@@ -10,7 +10,6 @@ from types import FrameType
 from typing import Any, Self
 
 from frictionsim.errors import EXIT_SIGNAL
-from frictionsim.io.output_file import discard_parts
 from frictionsim.io.terminal import is_terminal, print_on_stderr, visible, write_on_stderr
 from frictionsim.simulation.monitor import (
     Monitor,
@@ -59,6 +58,8 @@ class CommandSignals(StopSignals):
 
     def on_second(self, number: int) -> None:
         if monotonic() - self._first > SECONDS_FOR_ONE_SIGNAL:
+            from frictionsim.io.output_file import discard_parts
+
             discard_parts()
             os._exit(EXIT_SIGNAL + number)
 

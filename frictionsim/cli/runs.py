@@ -44,7 +44,6 @@ from frictionsim.errors import (
     OutputError,
     ScenarioError,
 )
-from frictionsim.io.names import whole_name
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -171,6 +170,8 @@ def resume(
         )
         return run_sweep(sweep, str(result), None, as_json, quiet)
     _check_absent(f"it applies to a sweep, and {result} is a run", workers=workers, dask=dask)
+    from frictionsim.io.names import whole_name
+
     incomplete.load_checkpoint()  # raises first if the run cannot be resumed
     runs = _Runs(as_json, quiet)
     run = partial(

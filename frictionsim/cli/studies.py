@@ -42,7 +42,6 @@ from frictionsim.errors import (
     OutputError,
     counted,
 )
-from frictionsim.io.names import partial_name
 
 if TYPE_CHECKING:
     from frictionsim.api.result_base import ResultBase
@@ -138,6 +137,7 @@ def cost(
     """
     from frictionsim.api.studies import CostOptions, Study
     from frictionsim.api.studies import study as run_study
+    from frictionsim.io.names import partial_name
     from frictionsim.io.output_file import COSTS, PICTURE, remove_unfinished
 
     log_on_stderr(0)

@@ -77,7 +77,7 @@ def cost_figure(table: "CostTable") -> tuple[Any, str]:
                         name=f"{chart_text(name)}: {len(failed)} failed",
                         legendgroup=f"{name}, failed",
                         showlegend=column == 1,
-                        text=[chart_text(row["reason"]) for row in failed],
+                        text=[chart_text(row.get("reason", "")) for row in failed],
                         marker=look | {"symbol": "x", "size": 10},
                     ),
                     row=1,

@@ -254,11 +254,12 @@ class _FileReader(NamedTuple):
         return reader.__get_pydantic_core_schema__(source, handler)
 
 
+POINTS = "<points>"
 NUMBER = "<number>"  # tags of the forms of a signal that are no tables
 SUM = "<sum>"
 # The tag of a form is part of a validation error's location; it is not a key of the scenario.
 SIGNAL_TAGS: dict[str, type[Params]] = {
-    "<points>": PiecewiseLinearTable,
+    POINTS: PiecewiseLinearTable,
     "<sine>": SineTable,
     "<smooth step>": SmoothStepTable,
     "<of speed>": SpeedTable,
@@ -272,8 +273,8 @@ _TAG_OF_KEY = {
     "angle_deg": "<of angle>",
     "sine": "<sine>",
     "smooth_step": "<smooth step>",
-    "time": "<points>",
-    "value": "<points>",
+    "time": POINTS,
+    "value": POINTS,
 }
 FORMS = '{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}} or {csv = "file.csv"}'
 FORMS_OF_MOTION = "{speed = [...], value = [...]} or {angle_deg = [...], value = [...]}"
@@ -296,7 +297,7 @@ _ByForm = Discriminator(_form, custom_error_type=NO_SIGNAL, custom_error_message
 
 _AnyForms = (
     Annotated[float, Tag(NUMBER)]
-    | Annotated[PiecewiseLinearTable, Tag("<points>")]
+    | Annotated[PiecewiseLinearTable, Tag(POINTS)]
     | Annotated[SineTable, Tag("<sine>")]
     | Annotated[SmoothStepTable, Tag("<smooth step>")]
 )

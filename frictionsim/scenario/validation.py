@@ -7,7 +7,17 @@ from pydantic import BaseModel, ValidationError
 
 from frictionsim.errors import OUT_OF_RANGE, closest, unknown
 from frictionsim.scenario.model_fields import key_names, models_in, unit_of
-from frictionsim.scenario.signal_tables import FORMS, NO_SIGNAL, NUMBER, SIGNAL_TAGS, SUM
+from frictionsim.scenario.signal_tables import (
+    FORMS,
+    NO_SIGNAL,
+    NUMBER,
+    POINTS,
+    SIGNAL_TAGS,
+    SUM,
+    AngleTable,
+    PiecewiseLinearTable,
+    SpeedTable,
+)
 from frictionsim.scenario.toml_data import KeyPath
 
 TableModel = TypeVar("TableModel", bound=BaseModel)
@@ -26,6 +36,8 @@ WORDS = {
     "column": "should be the name of a column in quotes, or its number from 1",
     NO_SIGNAL: "should be a number",
 }
+# What points depend on: keys.
+ARGUMENTS = [table.ARGUMENT[0] for table in (PiecewiseLinearTable, SpeedTable, AngleTable)]
 # Pydantic says itself how many items or characters there are.
 WITH_COUNT = ("too_short", "too_long")
 
@@ -89,11 +101,17 @@ def _faults(errors: list[Any], model: type[BaseModel]) -> list[tuple[KeyPath, st
     """Return key and message of the errors; a misspelt key is not missing as well."""
     locations = [error["loc"] for error in errors]
     missing = {error["loc"] for error in errors if error["type"] == "missing"}
-    meant: dict[Any, str] = {}
+    meant: dict[Any, list[str]] = {}
     for location in (error["loc"] for error in errors if error["type"] == "extra_forbidden"):
         siblings = [str(loc[-1]) for loc in missing if loc[:-1] == location[:-1]]
-        if near := closest(str(location[-1]), siblings):
-            meant[location] = near
+        argument = PiecewiseLinearTable.ARGUMENT[0]
+        if location[-2:-1] == (POINTS,) and argument in siblings:
+            # It stands for what the points depend on, of which the time is one.
+            near = closest(str(location[-1]), [*ARGUMENTS])
+            meant[location] = [near] if near else [*ARGUMENTS, "value"]
+            missing.remove((*location[:-1], argument))
+        elif near := closest(str(location[-1]), siblings):
+            meant[location] = [near]
             missing.remove((*location[:-1], near))
     return [
         _fault(error, model, meant.get(error["loc"]))
@@ -108,14 +126,14 @@ def _is_within(location: KeyPath, others: list[KeyPath]) -> bool:
     return any(len(o) > len(location) and o[: len(location)] == location for o in others)
 
 
-def _fault(error: Any, model: type[BaseModel], meant: str | None) -> tuple[KeyPath, str]:
+def _fault(error: Any, model: type[BaseModel], meant: list[str] | None) -> tuple[KeyPath, str]:
     """Return key and message of one of `ValidationError.errors()`."""
     path, table, unit = _place(model, error["loc"])
     kind, context = error["type"], error.get("ctx", {})
     if kind == "inconsistent":
         return (*path, *context["where"]), context["message"]
     if kind == "extra_forbidden":
-        return path, unknown("key", str(path[-1]), [meant] if meant else key_names(table))
+        return path, unknown("key", str(path[-1]), meant or key_names(table))
     if kind == "missing":
         return path, f"missing; expected a number in {unit}" if unit else "missing"
     if kind in ("value_error", "assertion_error"):  # of a validator

@@ -197,7 +197,7 @@ def test_the_table_has_the_seconds_of_compilation_where_there_was_one() -> None:
 def test_a_signal_ends_a_compilation_at_once(
     number: signal.Signals, option: str, tmp_path: Path
 ) -> None:
-    """The compiler is in one call for seconds, in which Python runs no handler."""
+    """By its default action: the compiler is in one call for seconds, in which no handler runs."""
     (tmp_path / "a.h5").write_bytes(OLD)
     cache = tmp_path / "cache"
     scenario = SCENARIOS / "belt_verification.toml"
@@ -216,11 +216,7 @@ def test_a_signal_ends_a_compilation_at_once(
         time.sleep(1.0)  # of the ten seconds and more that the kernels take
         process.send_signal(number)
         out, said = process.communicate()
-    assert process.returncode == 128 + number
-    assert said == (
-        f"frictionsim: interrupted by {number.name} while compiling kernels; nothing was written\n"
-    )
-    assert out == ""
+    assert (process.returncode, out, said) == (-number, "", "")
     assert (tmp_path / "a.h5").read_bytes() == OLD
     assert sorted(os.listdir(tmp_path)) == ["a.h5", "cache"]
     # Had it been waited for, the kernels would be on the disk.

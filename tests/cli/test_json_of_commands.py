@@ -44,7 +44,10 @@ def test_check_lists_each_scenario_and_its_faults_as_json(told: Run) -> None:
         "backend": "events",
     }
     assert (bad["scenario"], bad["ok"]) == ("bad.toml", False)
-    assert "bad.toml:2: mechanism.load: expected a number of at least 0 N, got -1" in bad["faults"]
+    assert (
+        "bad.toml:2: mechanism.load: should be greater than or equal to 0 N, got -1"
+        in bad["faults"]
+    )
     assert told("check", PULLEY)[0] == (
         f"{PULLEY}: ok; effects shaft_friction, viscous_damping; backend events\n"
     )

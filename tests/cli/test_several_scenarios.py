@@ -77,7 +77,7 @@ def test_one_that_cannot_be_solved_does_not_stop_the_others(told: Run) -> None:
     assert told("check", "first.toml")[0].startswith("first.toml: ok; ")
     out, err = told("solve", "first.toml", RETURN, "--json", code=2)
     assert [item["scenario"] for item in strict_json(out)] == [RETURN]
-    assert err.startswith("frictionsim: first.toml: ")
+    assert any(line.startswith("frictionsim: first.toml: ") for line in err.splitlines())
     assert "rest" in err
     assert told("solve", "first.toml", code=2)[0] == ""
 
@@ -111,8 +111,7 @@ def test_the_standard_input_may_be_one_of_several(
 BAD = {
     b"": "<stdin>:1: kind: the scenario is empty; it starts with kind, one of 'pulley',"
     " 'marble_machine', 'epicyclic', 'shaft', 'belt_drive'",
-    b"#" * (16 * 2**20 + 1): "-: the standard input is larger than 1 MiB; expected a scenario in"
-    " TOML; use CSV files for signals",
+    b"#" * (16 * 2**20 + 1): "-: the file is larger than 1 MiB; use CSV files for signals",
     b'kind = "\xff"': "-: expected a scenario in TOML on the standard input, got invalid UTF-8 at"
     " byte 8",
     b"kind = \n": "<stdin>:1: not valid TOML: Invalid value, in 'kind ='",

@@ -235,7 +235,7 @@ def test_keys_of_all_forms_of_points_are_suggested(
     Path("a.toml").write_text(SHAFT + f'couples = [{{ name = "m", size = {size} }}]\n')
     _, said = told("check", "a.toml", code=2)
     assert said.splitlines() == [
-        f"frictionsim: a.toml:4: couples.m.size.{key}: unknown key '{key}'"
+        f"frictionsim: a.toml:4: couples.0.size.{key}: unknown key '{key}'"
         f"{'; ' if suggested.startswith('known') else ' '}{suggested}"
     ]
 

@@ -70,7 +70,7 @@ def test_every_law_and_method_fit_or_are_refused_with_alternatives(kind: str) ->
             fs.load(data, folder=SCENARIOS)
         told = " ".join(refused.value.faults)
         if not able:  # the kind does not have the law at all
-            assert "expected 'set-valued'" in told or "no such parameter" in told
+            assert "should be 'set-valued'" in told or "no such parameter" in told
         elif backend not in known:
             assert f"'{backend}' does not support" in told
         else:

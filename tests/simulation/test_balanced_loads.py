@@ -54,7 +54,7 @@ WITHOUT = {
 @pytest.mark.parametrize("name", list(BALANCES))
 def test_torques_that_cancel_are_in_balance(name: str) -> None:
     source, overrides = BALANCES[name]
-    (warning,) = fs.solve(source, overrides).warnings
+    *_, warning = fs.solve(source, overrides).warnings  # couples do not press the shaft
     assert warning.startswith(BALANCED)
 
 
