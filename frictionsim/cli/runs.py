@@ -212,7 +212,7 @@ class _Runs:
         self.exit_code = EXIT_DONE
 
     def add(
-        self, run: Callable[..., fs.Result], scenario: "Scenario", source: str, whole: Path
+        self, run: "Callable[..., fs.Result]", scenario: "Scenario", source: str, whole: Path
     ) -> bool:
         """Run a scenario, and print its summary and its end; return whether a signal stopped it.
 

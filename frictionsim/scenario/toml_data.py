@@ -22,6 +22,11 @@ KeyPath = tuple[str | int, ...]
 MAX_BYTES = 1024 * 1024
 MAX_RECORDED = 64 * 2**20  # of a scenario with the data of its CSV files
 TOO_DEEP = "tables or lists are nested too deeply"
+# tomllib takes a memory that grows with the square of the parts of a key: 20 GB for 100 000 parts.
+MAX_PARTS = 32  # scenarios are six deep
+# Begins where a word begins: else a long word would be searched again from each of its letters.
+_PART = r"""(?:(?<![\w-])[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*"""
+_LONG_KEY = re.compile(rf"(?:{_PART}){{{MAX_PARTS}}}")
 
 
 class NoUsableText(ValueError):
@@ -48,6 +53,8 @@ def toml_tables(text: str, parse_float: Callable[[str], Any] = float) -> dict[st
     cannot be held: an integer of thousands of digits, a date that does not exist.
     """
     _check_size(text, MAX_RECORDED)
+    if _LONG_KEY.search(text):
+        raise NoUsableText(f"a key has more than {MAX_PARTS} parts")
     try:
         return tomllib.loads(text, parse_float=parse_float)
     except tomllib.TOMLDecodeError:

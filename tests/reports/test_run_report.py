@@ -138,7 +138,7 @@ def test_a_comparison_has_both_drawings_on_one_clock(browser: Any, tmp_path: Pat
         page.evaluate("frictionsim.show(2.0)")
         assert before > 4
         heads = page.locator("#key thead th").all_inner_texts()
-        assert heads == ["load = 2224.1", "load = 2300"]
+        assert heads == ["load = 2224.1 N", "load = 2300 N"]
 
 
 def test_without_scripts_the_tables_are_there(browser: Any, tmp_path: Path) -> None:
