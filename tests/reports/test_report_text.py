@@ -111,7 +111,7 @@ def test_several_results_are_side_by_side_with_the_difference_of_two(
     expected = [*(f"{value:.10g}" for value in lift), f"{lift[1] - lift[0]:.3g}"]
     assert row(html, "force_to_lift")[1:4] == expected
     assert row(html, "mechanism.load")[1:] == ["2224.1", "2300.0"]
-    assert "load = 2300 less load = 2224.1" in html
+    assert "load = 2300 N less load = 2224.1 N" in html
     assert "less" not in plain(html_of(pulley, heavy, pulley))
     assert "The scenarios are the same." in plain(html_of(pulley, pulley))
 
@@ -253,7 +253,7 @@ def test_results_are_named_by_what_differs_or_their_files(
         return [line["name"] for line in lines]
 
     two, same = [pulley.record, heavy.record], [pulley.record] * 2
-    assert names(two, "x/a.h5", "b.h5") == ["load = 2224.1", "load = 2300"]
+    assert names(two, "x/a.h5", "b.h5") == ["load = 2224.1 N", "load = 2300 N"]
     assert names(same, "x/a.h5", "b.h5") == ["a", "b"]
     assert names(same, "x/a.h5", "y/a.h5") == ["x/a.h5", "y/a.h5"]
     assert names(same, None, "a.h5") == ["result 1", "a"]
