@@ -9,7 +9,7 @@ the static one while it sticks. Marks run with the cord over the wheel, and tick
 where they pass each other the cord slips.
 """
 
-from math import pi
+from math import pi, radians
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -100,8 +100,11 @@ _Drawn = tuple[list[Part], list[Part], list[Part], list[Readout]]
 
 def _hoist(at: Samples, radius: float) -> _Drawn:
     """Return a load that a force or torque lifts."""
-    horizontal = scenario_of(at.record).get("drive", {}).get("direction") == "horizontal"
-    travel = radius * (at["angle"] - float(at.record.channels["angle"][0]))
+    scenario = scenario_of(at.record)
+    horizontal = scenario.get("drive", {}).get("direction") == "horizontal"
+    # The record may be one sample of a run: the angle at the start is that of the scenario.
+    start = radians(scenario["mechanism"].get("initial_angle_deg", 0.0))
+    travel = radius * (at["angle"] - start)
     (height,), smaller = _heights([travel], radius)
     pulled = HIGHEST * radius + height - height.min()  # how far its end is from the wheel
     end = (-pulled, radius) if horizontal else (-radius, -pulled)
