@@ -333,7 +333,8 @@ def pull(
     """Write the forces of the joints behind each body; return the power of their dampers, W.
 
     With the spring's force F the damper's is b (d' . F) F / F^2: no root, and no direction to be
-    kept for a joint without length. Its part is written to dx and dy, unless they are None.
+    kept for a joint without length. With dx and dy, which take its part, no power is summed: that
+    of a fixed step is the one at its mean velocities.
     """
     x, y, vx, vy, spin, power = at.x, at.y, at.vx, at.vy, at.spin, 0.0
     for k in range(full):
@@ -352,9 +353,10 @@ def pull(
             d = damping * dot / (size + TINY)
             if dx is not None and dy is not None:
                 dx[k], dy[k] = d * px, d * py
+            else:
+                power += d * dot * (1.0 if k < n else 0.0)
             px += d * px
             py += d * py
-            power += d * dot * (1.0 if k < n else 0.0)
         fx[k], fy[k] = px, py
     return power
 

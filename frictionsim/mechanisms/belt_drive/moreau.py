@@ -119,7 +119,7 @@ class Steps(NamedTuple):
     y_old, y : (size,)
         The states at the start and the end of the last step.
     middle : (rows, width)
-        The kinematics in the middle of a step.
+        The kinematics in the middle of the next step; it starts with them.
     acc : (rows/2, width)
         Accelerations.
     counts : (3,)
@@ -293,12 +293,10 @@ def rim_speeds(pul: Array, j: int) -> tuple[float, float]:
 
 
 @loop
-def predict(size: int, h: float, q: Array, v: Array, q_middle: Array, v_middle: Array) -> None:
-    """Write the middle of a step; `v_middle` has the velocities at the start of the one before."""
+def begin(size: int, h: float, q: Array, v: Array, q_middle: Array, v_middle: Array) -> None:
+    """Write the middle of the first step."""
     for i in range(size):
-        q_middle[i] = q[i] + 0.5 * h * v[i]
-    for i in range(size):
-        v_middle[i] = 1.5 * v[i] - 0.5 * v_middle[i]
+        q_middle[i], v_middle[i] = q[i] + 0.5 * h * v[i], v[i]
 
 
 @loop
@@ -312,24 +310,25 @@ def gain(size: int, h: float, v: Array, a: Array, new: Array) -> None:
 def move(
     size: int, h: float, q: Array, v: Array, new: Array, q_middle: Array, v_middle: Array
 ) -> None:
-    """Write the end of a step; the velocities in its middle become those at its start."""
+    """Write the end of a step with its new velocities, and the middle of the next."""
     for i in range(size):
-        v_middle[i] = v[i]
+        v_middle[i] = 1.5 * new[i] - 0.5 * v[i]
         v[i] = new[i]
     for i in range(size):
-        q[i] = q_middle[i] + 0.5 * h * v[i]
+        place = q_middle[i] + 0.5 * h * v[i]
+        q[i], q_middle[i] = place, place + 0.5 * h * v[i]
 
 
 @loop
 def move_by(
     size: int, h: float, q: Array, v: Array, a: Array, q_middle: Array, v_middle: Array
 ) -> None:
-    """Write the end of a step by accelerations, as `move`."""
+    """Write the end of a step with its accelerations, and the middle of the next."""
     for i in range(size):
-        v_middle[i] = v[i]
-        v[i] += h * a[i]
-    for i in range(size):
-        q[i] = q_middle[i] + 0.5 * h * v[i]
+        new = v[i] + h * a[i]
+        place = q_middle[i] + 0.5 * h * new
+        v_middle[i], v[i] = 1.5 * new - 0.5 * v[i], new
+        q[i], q_middle[i] = place, place + 0.5 * h * new
 
 
 @loop
@@ -433,17 +432,17 @@ def rub_in_step(
 
 
 @loop
-def missed_power(body: Body, h: float, m: Motion) -> float:
-    """Return the power of dampers at the mean velocities beyond that at the extrapolated ones, W.
+def power_of_dampers(body: Body, h: float, m: Motion) -> float:
+    """Return the power of dampers along the belt, W: their forces with the mean velocities.
 
     By bodies: (D_k - D_(k+1)) . v_k - (l/2) (e_k x (D_k + D_(k+1))) phi_k', D_k of the damper.
     """
-    old, middle, acc, dx, dy, power = m.old, m.middle, m.acc, m.joints.dx, m.joints.dy, 0.0
+    old, acc, dx, dy, power = m.old, m.acc, m.joints.dx, m.joints.dy, 0.0
     cos, sin = m.joints.cos, m.joints.sin
     for k in range(np.uint64(body.full)):
-        vx = old.vx[k] + 0.5 * h * acc.x[k] - middle.vx[k]
-        vy = old.vy[k] + 0.5 * h * acc.y[k] - middle.vy[k]
-        spin = old.spin[k] + 0.5 * h * acc.phi[k] - middle.spin[k]
+        vx = old.vx[k] + 0.5 * h * acc.x[k]
+        vy = old.vy[k] + 0.5 * h * acc.y[k]
+        spin = old.spin[k] + 0.5 * h * acc.phi[k]
         lever = sin[k] * (dx[k] + dx[k + ONE]) - cos[k] * (dy[k] + dy[k + ONE])
         taken = (dx[k] - dx[k + ONE]) * vx + (dy[k] - dy[k + ONE]) * vy + body.half * lever * spin
         power += taken * (1.0 if k < np.uint64(body.n) else 0.0)
@@ -983,7 +982,6 @@ def integrate_plane(
     more, bias = None, b.con[BIAS]
     if axial is not None:
         more, bias = d, d.bias
-    copy(y_old[half : b.angles], v_middle)
     starts = steps == 0 and counts[STEPS] == 0
     for number in range(1 if starts else steps):
         if starts:  # modes of contacts follow the speeds
@@ -991,11 +989,11 @@ def integrate_plane(
         if counts[STEPS] % SEARCH_INTERVAL == 0:
             search(b, kin, b.plane, None, b.wrap)
         if starts:
+            begin(half, h, q, v, q_middle, v_middle)
             break
         if number == steps - 1:
-            copy(q, y_old[:half])
+            copy(y[: b.angles], y_old[: b.angles])
         start_pulleys(counts[STEPS] * h, h, y, y_old, b)
-        predict(half, h, q, v, q_middle, v_middle)
         damped = body_forces(s.middle, acc, m.joints.dx[1:], m.joints.dy[1:], b)
         for r in range(b.n_runs[0]):
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
@@ -1027,7 +1025,7 @@ def integrate_plane(
             b.pul[PULL, j] += force
             rubbed += heat
         if damping is not None:
-            damped += h * missed_power(body, h, m)
+            damped += h * power_of_dampers(body, h, m)
         for k in range(b.n, b.width):  # nothing behind the last body ever moves
             acc.x[k] = acc.y[k] = acc.phi[k] = 0.0
         move_by(half, h, q, v, s.acc.reshape(half), q_middle, v_middle)
@@ -1035,7 +1033,6 @@ def integrate_plane(
         if distinct:
             update_modes(b)
         counts[STEPS] += 1
-    copy(v_middle, y_old[half : b.angles])
     return end_steps(y, y_old, b)
 
 
@@ -1056,7 +1053,6 @@ def integrate_line(
     n, full, w, tension = b.n, b.full, b.width, b.work[TENSION]
     kin, q_middle, v_middle, new = y[: b.angles].reshape((2, w)), s.middle[0], s.middle[1], s.acc[0]
     q, v = kin[0], kin[1]
-    copy(y_old[w : b.angles], v_middle)
     starts = steps == 0 and counts[STEPS] == 0
     for number in range(1 if starts else steps):
         if starts:  # modes of contacts follow the speeds
@@ -1064,11 +1060,11 @@ def integrate_line(
         if counts[STEPS] % SEARCH_INTERVAL == 0:
             search(b, kin, None, line, None)
         if starts:
+            begin(w, h, q, v, q_middle, v_middle)
             break
         if number == steps - 1:
-            copy(q, y_old[:w])
+            copy(y[: b.angles], y_old[: b.angles])
         start_pulleys(counts[STEPS] * h, h, y, y_old, b)
-        predict(w, h, q, v, q_middle, v_middle)
         point_forces(s.middle, new, b, line)
         gain(w, h, v, new, new)
         rubbed = damped = 0.0
@@ -1098,7 +1094,6 @@ def integrate_line(
         if distinct:
             update_modes(b)
         counts[STEPS] += 1
-    copy(v_middle, y_old[w : b.angles])
     return end_steps(y, y_old, b)
 
 
@@ -1311,7 +1306,7 @@ class MoreauStepper:
     def arrays(self) -> dict[str, Any]:
         """Return all that the next steps depend on, by name; writing to them restores it."""
         b, s, d = self._belt, self._state, self._dampers
-        own = {"y_old": s.y_old, "y": s.y, "counts": s.counts}
+        own = {"y_old": s.y_old, "y": s.y, "middle": s.middle, "counts": s.counts}
         contacts = {"contacts": b.con, "pulleys": b.pul, "runs": b.runs, "run_count": b.n_runs}
         if d is None:
             return {**own, **contacts}
