@@ -1,7 +1,7 @@
 """The rows of a study, the table that is made of them, and the settings that it recommends."""
 
 from collections.abc import Mapping, Sequence
-from math import isfinite
+from math import inf, isfinite, nan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.display import error_text, short_text, study_text
@@ -60,16 +60,12 @@ def greatest(errors: Mapping[str, Error]) -> float | None:
 
 
 class Advice(NamedTuple):
-    """The cheapest setting with an error of at most `wanted`; None if no setting is known to be.
-
-    `is_by_work` tells that there were several, and evaluations decided as times could not; `floor`
-    is the reference uncertainty, None where a reference is known and another one failed.
-    """
+    """The cheapest setting with an error of at most `wanted`; None if no setting is known to be."""
 
     wanted: float
-    floor: float | None
+    floor: float | None  # reference uncertainty; None if it is unknown
     row: Row | None
-    is_by_work: bool
+    tied: int  # settings whose times differ by chance; of several the evaluations decide
 
     @property
     def sentence(self) -> str:
@@ -81,39 +77,53 @@ class Advice(NamedTuple):
             return f"{goal}: no setting reached it"
         row = self.row
         bodies = f"{row['bodies']:.0f} bodies, " if row.get("model") else ""
-        work = "; the fewest evaluations, as times of one run each differ by chance"
+        work = f"; the fewest evaluations of {self.tied} settings whose times differ by chance"
         unknown = "; the reference uncertainty is unknown"
         return (
             f"{goal}: {line_of(row)} with {bodies}{row['setting']},"
             f" {short_text(row['wall_seconds'])} s, error {error_text(row['error'])}"
-            f"{work * self.is_by_work}{unknown * (self.floor is None)}"
+            f"{work * (self.tied > 1)}{unknown * (self.floor is None)}"
         )
 
 
 def recommendations(table: CostTable) -> list[Advice]:
     """Return the cheapest setting for each of TARGET_ERRORS.
 
-    The fastest one; that with the fewest evaluations if a run of less than SECONDS_OF_REPEATS was
-    timed only once. Where the reference uncertainty is larger than an error, none is known.
+    The fastest one; of those that are slower by no more than the spread of the repeats, that with
+    the fewest evaluations. The spread of a short run that was timed once is unknown. Where the
+    reference uncertainty is larger than an error, none is known.
     """
     return [_cheapest(table, wanted) for wanted in TARGET_ERRORS]
 
 
-def _is_sound(row: Row) -> bool:
-    """Return whether a run is done and has passed its audit."""
-    return row["status"] == "done" and not row.get("reason")
-
-
 def _cheapest(table: CostTable, wanted: float) -> Advice:
-    rows = [row for row in table.rows if row["error"] <= wanted and _is_sound(row)]
-    rows = [row for row in rows if table.floor <= wanted and _holds(row, table.rows, wanted)]
-    is_by_work = len(rows) > 1 and any(
-        row.get("repeats") == 1 and row["wall_seconds"] < SECONDS_OF_REPEATS for row in rows
-    )
-    cost = "rhs_evaluations" if is_by_work else "wall_seconds"
-    row = min(rows, key=lambda row: float(row[cost]), default=None)
+    rows = [
+        row
+        for row in table.rows
+        if row["status"] == "done" and not row.get("reason") and row["error"] <= wanted
+        if table.floor <= wanted and _holds(row, table.rows, wanted)
+    ]
+    fastest = min(rows, key=_seconds, default=None)
+    tied = [row for row in rows if fastest and _may_be_as_fast(row, fastest)]
+    row = min(tied, key=lambda row: float(row["rhs_evaluations"]), default=None)
     is_known = table.uncertainty or not table.references
-    return Advice(wanted, table.floor if is_known else None, row, is_by_work)
+    return Advice(wanted, table.floor if is_known else None, row, len(tied))
+
+
+def _seconds(row: Row) -> float:
+    return float(row["wall_seconds"])
+
+
+def _may_be_as_fast(row: Row, fastest: Row) -> bool:
+    """Return whether the time of a row exceeds the least one by no more than their spread."""
+
+    def spread(row: Row) -> float:
+        if row.get("repeats") == 1 and _seconds(row) < SECONDS_OF_REPEATS:
+            return inf
+        known = row.get("wall_spread", nan)
+        return known if known == known else 0.0
+
+    return _seconds(row) - _seconds(fastest) <= max(spread(row), spread(fastest))
 
 
 def _holds(row: Row, rows: list[Row], wanted: float) -> bool:
