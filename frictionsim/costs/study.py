@@ -191,8 +191,10 @@ class Benchmark:
         seconds = [_statistics(result).wall_seconds or 0.0 for result in timed]
         last, work = timed[-1], _statistics(timed[-1])
         done = last.status == "done"
-        numbers = len(judged.transitions), median(seconds), len(seconds)
-        numbers = *numbers, work.steps, work.rhs_evaluations, work.states
+        numbers = (
+            *(len(judged.transitions), median(seconds), len(seconds)),
+            *(work.steps, work.rhs_evaluations, work.states),
+        )
         row |= dict(zip(WORK, map(float, numbers), strict=True))
         row |= {"status": last.status, "reason": self._fault(judged) if done else last.reason}
         if METHODS[setting.backend].counts_rejected:
