@@ -55,13 +55,6 @@ def _file_or_columns(data: Any) -> Any:
     return data
 
 
-def _finite(name: str, value: Any, hint: str = "") -> float:
-    number = value.item() if hasattr(value, "item") else value
-    if not isinstance(number, int | float) or isinstance(number, bool) or not isfinite(number):
-        raise ValueError(f"{name}: expected a finite number, got {value!r}{hint}")
-    return float(number)
-
-
 class FitOptions(Options):
     """The data of a fit, their columns that are fitted, and the settings of the search."""
 
@@ -90,9 +83,9 @@ class FitOptions(Options):
         if info.data.get("over"):
             return columns_of(raw)
         raw = raw if isinstance(raw, Mapping) else as_list(raw)
-        hint = "; a column needs 'over', whose rows are runs"
-        values = by_name("the measured value of each quantity, as NAME=VALUE", number_or_name)(raw)
-        return {name: _finite(name, v, hint * isinstance(v, str)) for name, v in values.items()}
+        wanted = "the measured value of each quantity, as NAME=VALUE"
+        given: dict[str, Any] = by_name(wanted, number_or_name)(raw)
+        return given
 
     @model_validator(mode="after")
     def _fit_together(self) -> Self:
@@ -369,11 +362,16 @@ def _deviations(name: str, values: "Array", found: str) -> "Array":
     return values
 
 
-def _quantity_target(source: FitOptions, name: str, value: float) -> Target:
+def _quantity_target(source: FitOptions, name: str, given: Any) -> Target:
     """Return the target of one measured quantity."""
+    value = given.item() if hasattr(given, "item") else given
+    if not isinstance(value, int | float) or isinstance(value, bool) or not isfinite(value):
+        hint = "; a column needs 'over', whose rows are runs" * isinstance(given, str)
+        fault = f"{name}: expected a finite number, got {given!r}{hint}"
+        raise ArgumentError("quantities", fault)
     if abs(value) > MAX_NUMBER:
         raise ArgumentError("quantities", f"{name}: {_too_large(value)}")
-    values, sigma = np.array([value]), source.sigma.get(name)
+    values, sigma = np.array([float(value)]), source.sigma.get(name)
     scale = np.abs(values) if abs(value) >= MIN_NUMBER else np.ones(1)  # no relative error of 0
     if sigma is not None:
         number = sigma if isinstance(sigma, int | float) else nan

@@ -189,19 +189,8 @@ class Model(NamedTuple):
 class FitProblem:
     """A scenario, its free keys and the data.
 
-    A place (keys,) has the position of each key between its bounds, from 0 to 1.
-
-    Parameters
-    ----------
-    scenario, keys, data
-    on_runs : callable
-        Called with the number of further runs.
-
-    Attributes
-    ----------
-    models : dict
-        Those evaluated, by the bytes of their places.
-    runs : int
+    A place (keys,) has the position of each key between its bounds, from 0 to 1. `models` are those
+    evaluated, by the bytes of their places. `on_runs` is called with the number of further runs.
     """
 
     def __init__(

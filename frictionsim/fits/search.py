@@ -149,8 +149,6 @@ def checked_derivatives(problem: FitProblem, x: "Array", sigma: "Array") -> "tup
 class Search:
     """A local search from a place: least squares of the data, or of values that replace them."""
 
-    ftol = xtol = TOLERANCE
-
     def __init__(
         self,
         problem: FitProblem,
@@ -202,17 +200,22 @@ class Search:
     def _descent(self, start: "Array") -> Any:
         from scipy.optimize import least_squares  # imported here because SciPy takes 0.3 s
 
+        ftol, xtol = self.tolerances()
         return least_squares(
             self.residual,
             start,
             jac=self.jacobian_of_descent(),
             bounds=(0.0, 1.0),
             method="trf",
-            ftol=self.ftol,
-            xtol=self.xtol,
+            ftol=ftol,
+            xtol=xtol,
             gtol=NO_SLOPE,
             max_nfev=MAX_ITERATIONS,
         )
+
+    def tolerances(self) -> tuple[float, float]:
+        """Return the relative changes of the sum of squares, and of the place, at the end."""
+        return TOLERANCE, TOLERANCE
 
     def jacobian_of_descent(self) -> "Callable[[Array], Array]":
         """Return the function of a place that gives the derivatives for a descent."""
@@ -235,14 +238,12 @@ class Resample(Search):
     (Broyden's formula), and found anew where they predicted another change.
     """
 
-    xtol = TOLERANCE_OF_RESAMPLES
+    def tolerances(self) -> tuple[float, float]:
+        """Return those of a step of a part of the standard error.
 
-    @property
-    def ftol(self) -> float:  # type: ignore[override]
-        """A step of a part of the standard error changes the sum of squares, about one for each
-        value, by the square of that part.
+        It changes the sum of squares, about one for each value, by the square of that part.
         """
-        return LOCATED**2 / self.measured.size
+        return LOCATED**2 / self.measured.size, TOLERANCE_OF_RESAMPLES
 
     def jacobian_of_descent(self) -> "Callable[[Array], Array]":
         """Return the function of a place that gives the derivatives for a descent."""
