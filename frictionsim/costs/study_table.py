@@ -140,6 +140,10 @@ def _holds(row: Row, rows: list[Row], wanted: float) -> bool:
     return all(error <= wanted for error in best.values())
 
 
+SETTING = ("law", "backend", "setting", "overrides")
+LISTS = ("overrides", "below_uncertainty")  # texts of names between blanks
+
+
 def table_json(table: CostTable) -> dict[str, Any]:
     """Return the JSON of a table: its measures, references, settings and recommendations."""
     measures = table.measures
@@ -157,39 +161,32 @@ def table_json(table: CostTable) -> dict[str, Any]:
 
 
 def _row_json(row: Row, measures: list[str]) -> dict[str, Any]:
-    known = {
-        name: _error_json(row[f"{name}_error"], row[name + RELATIVE])
-        for name in measures
-        if row[name + RELATIVE] == row[name + RELATIVE]
-    }
-    numbers = ("error", "time_error", "wall_seconds", "wall_spread")
+    columns = {name: (f"{name}_error", name + RELATIVE) for name in measures}
+    of_measures = {column for pair in columns.values() for column in pair}
+    others = {name: value for name, value in row.items() if name not in of_measures}
     return {
-        **_setting_json(row),
-        "status": row["status"],
-        "reason": row["reason"],
-        "errors": known,
-        **{name: finite(row.get(name)) for name in numbers},
-        **{name: _count(row[name]) for name in COUNTS if name in row},
-        "below_uncertainty": row["below_uncertainty"].split(),
+        "time_error": None,
+        **{name: _value_json(name, value) for name, value in others.items()},
+        "errors": {
+            name: _error_json(row[absolute], row[relative])
+            for name, (absolute, relative) in columns.items()
+            if row[relative] == row[relative]
+        },
     }
+
+
+def _value_json(name: str, value: Any) -> Any:
+    if isinstance(value, str):
+        return value.split() if name in LISTS else value
+    return int(value) if name in COUNTS and isfinite(value) else finite(value)
 
 
 def _advice_json(advice: Advice) -> dict[str, Any]:
-    setting = _setting_json(advice.row) if advice.row else dict.fromkeys(SETTING)
+    row = dict.fromkeys(SETTING) if advice.row is None else _row_json(advice.row, [])
+    names = (*SETTING, *(("model", "bodies") if row.get("model") else ()))
+    setting = {name: row[name] for name in names}
     return {"wanted": advice.wanted, **setting, "sentence": advice.sentence}
-
-
-SETTING = ("law", "backend", "setting", "overrides")
-
-
-def _setting_json(row: Row) -> dict[str, Any]:
-    mesh = {"model": row["model"], "bodies": _count(row["bodies"])} if row.get("model") else {}
-    return {**{name: row[name] for name in SETTING}, **mesh, "overrides": row["overrides"].split()}
 
 
 def _error_json(absolute: float | None, relative: float) -> dict[str, float | None]:
     return {"absolute": finite(absolute), "relative": finite(relative)}
-
-
-def _count(value: float) -> int | None:
-    return int(value) if isfinite(value) else None
