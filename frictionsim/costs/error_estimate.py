@@ -41,23 +41,12 @@ class OtherMesh(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """The estimated errors of the quantities of a run.
+    """The estimated errors of the quantities of a run."""
 
-    Attributes
-    ----------
-    errors : dict of float or None
-        By name of the quantity; None if the quantity is undefined. Empty if there is no estimate.
-    method : str
-        How the errors were estimated, or why not.
-    exit_code : int
-        Of the second run, if a signal stopped it.
-    other_mesh : OtherMesh or None
-        None without a mesh, or where another one would cost too much or is not possible.
-    """
-
-    errors: dict[str, float | None]
-    method: str
-    exit_code: int = 0
+    errors: dict[str, float | None]  # by name; None if undefined; empty without an estimate
+    method: str  # how the errors were estimated, or why not
+    exit_code: int = 0  # of the second run, if a signal stopped it
+    # None without a mesh, or where another one would cost too much or is not possible.
     other_mesh: OtherMesh | None = None
 
 
@@ -69,15 +58,8 @@ def estimate(
 ) -> Estimate:
     """Solve a scenario again, more accurately, and compare the quantities; then on another mesh.
 
-    Parameters
-    ----------
-    scenario : Scenario
-    first : Record
-        Its run that is done.
-    on_step : callable
-        Called with the time after each step.
-    max_steps : int, optional
-        Limit of steps of each further run.
+    `first` is its run that is done; `on_step` is called with the time, s, after each step. The
+    limit of steps is that of each further run.
     """
     setting = tighter(scenario)
     second = run(scenario.replace(list(setting.overrides)), on_step, max_steps=max_steps)

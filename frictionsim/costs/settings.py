@@ -44,23 +44,15 @@ NO_MESHES = "none"  # for numbers of bodies: time steps only
 
 
 class Plan(NamedTuple):
-    """The settings and references of a study, and the metrics of their errors.
-
-    Attributes
-    ----------
-    settings : list of Setting
-    references : tuple of Setting
-        Different methods, tighter than any of the settings, on the scenario's own mesh if it has
-        one. Empty if no setting is of that mesh.
-    metrics : tuple of Metric
-    limits : tuple of Limit
-        Errors are those of the first; the second is compared with it. Empty for a study over time
-        alone, whose errors are those against the references.
-    """
+    """The settings and references of a study, and the metrics of their errors."""
 
     settings: list[Setting]
+    # Different methods, tighter than any of the settings, on the scenario's own mesh if it has one.
+    # Empty if no setting is of that mesh.
     references: tuple[Setting, ...]
     metrics: "tuple[Metric, ...]"
+    # Of meshes: errors are those against the first; the second is compared with it. Empty for a
+    # study over time alone, whose errors are those against the references.
     limits: tuple[Limit, ...] = ()
 
 
@@ -73,12 +65,8 @@ def variant(
 ) -> "Scenario":
     """Return a scenario with a setting; it replaces method, step and the laws of friction.
 
-    Parameters
-    ----------
-    interval : float, s
-        Of its samples; there are none at events, whose times differ between the settings.
-    channels : list of str, optional
-        To be recorded; by default all.
+    Interval, of its samples, and duration are in s. There are no samples at events, whose times
+    differ between the settings. Only the given channels are recorded, by default all.
 
     Raises
     ------
@@ -183,17 +171,15 @@ class CostOptions(Options):
         if not hasattr(kind, "mesh_study"):
             for name in ("bodies", "models"):
                 if getattr(self, name) is not None:
-                    raise ArgumentError(
-                        name, f"the kind '{scenario.kind}' has no mesh; leave this out"
-                    )
+                    fault = f"the kind '{scenario.kind}' has no mesh; leave this out"
+                    raise ArgumentError(name, fault)
             return []
         study = kind.mesh_study
         bodies = study.default_bodies(scenario) if self.bodies is None else self.bodies
         if not bodies:
             if self.models is not None:
-                raise ArgumentError(
-                    "models", "without bodies there is no mesh to compare models on"
-                )
+                fault = "without bodies there is no mesh to compare models on"
+                raise ArgumentError("models", fault)
             return []
         possible = study.models_of(scenario)
         for name in self.models or ():
@@ -228,13 +214,10 @@ def ladders(scenario: "Scenario", tolerances: Iterable[float]) -> list[Setting]:
         names = methods_of(scenario.pairs)
         return [with_tolerance(name, rtol) for name in names for rtol in tolerances]
     settings: list[Setting] = []
+    steps = [fraction * scenario.solver.duration for fraction in STEPS]
     for (law, name), pair in scenario.pairs.items():
         if pair.fixed_step:
-            steps = [fraction * scenario.solver.duration for fraction in STEPS]
-            of_pair = [
-                Setting(name, f"step {short(step)}", (f"solver.step={step:.12g}",))
-                for step in steps
-            ]
+            of_pair = [Setting(name, f"step {short(h)}", (f"solver.step={h:.12g}",)) for h in steps]
         elif law == REGULARISED:
             speeds = SPEEDS_IF_IMPLICIT if METHODS[name].implicit else SPEEDS
             of_pair = [_with_speed(name, speed, scenario) for speed in speeds]

@@ -20,7 +20,7 @@ from frictionsim.simulation.monitor import Monitors, RunMonitor, WallTimeLimit
 from frictionsim.simulation.simulate import run
 
 if TYPE_CHECKING:
-    from frictionsim.results import Array, Metric
+    from frictionsim.results import Metric
     from frictionsim.scenario.settings import Scenario
 
 SAMPLES = 500  # of the runs for the errors
@@ -42,23 +42,11 @@ ORDER = 2
 TOTAL_ERROR = Error(None, 1.0)
 
 
-def metric_errors(
-    metrics: "Iterable[Metric]", outcome: Record, reference: Record, duration: float
-) -> dict[str, Error]:
-    """Return the error for each metric, by name.
-
-    Parameters
-    ----------
-    metrics : iterable of Metric
-    outcome, reference : Record
-        Sampled at the same times.
-    duration : float, s
-        Scale of the errors of event times.
-    """
-    return {metric.name: _error(metric, outcome, reference, duration) for metric in metrics}
-
-
 def _error(metric: "Metric", outcome: Record, reference: Record, duration: float) -> Error:
+    """Return the error of a run by a metric, of samples at the same times.
+
+    The duration, s, is the scale of the errors of event times.
+    """
     source = metric.source
     if metric.what == "check":
         violation = outcome.checks[source].value
@@ -73,7 +61,7 @@ def _error(metric: "Metric", outcome: Record, reference: Record, duration: float
         values, expected = outcome.channels.get(source), reference.channels[source]
         if values is None or values.shape != expected.shape:
             return TOTAL_ERROR
-        return _scaled(_mean_size(values - expected), _mean_size(expected))
+        return _scaled(float(np.mean(np.abs(values - expected))), float(np.mean(np.abs(expected))))
     value, wanted = (
         side.quantities[source].value if source in side.quantities else None
         for side in (outcome, reference)
@@ -85,10 +73,6 @@ def _error(metric: "Metric", outcome: Record, reference: Record, duration: float
     return _scaled(abs(value - wanted), scale)
 
 
-def _mean_size(values: "Array") -> float:
-    return float(np.mean(np.abs(values)))
-
-
 def _scaled(error: float, scale: float) -> Error:
     if error == 0.0:
         return Error(0.0, 0.0)
@@ -96,15 +80,10 @@ def _scaled(error: float, scale: float) -> Error:
 
 
 def extrapolated(fine: Record, coarse: Record, metrics: "Iterable[Metric]") -> Record:
-    """Return the limit of two runs on meshes of ratio 2, by Richardson.
+    """Return the limit of two runs on meshes of ratio 2, sampled at the same times, by Richardson.
 
-    Parameters
-    ----------
-    fine, coarse : Record
-        Sampled at the same times.
-    metrics : iterable of Metric
-        Only their channels are extrapolated, and all quantities that both runs have. Events and
-        checks are those of the fine run.
+    Extrapolated are the channels of the metrics, and the quantities that both runs have. Events
+    and checks are those of the fine run.
     """
     share = 1.0 / (2**ORDER - 1)
     channels = {
@@ -121,21 +100,11 @@ def extrapolated(fine: Record, coarse: Record, metrics: "Iterable[Metric]") -> R
 
 
 class Reference(NamedTuple):
-    """What errors are relative to.
-
-    Attributes
-    ----------
-    outcome : Record
-        A run, or the limit of two.
-    names : tuple of str
-        Backends and settings of the references that are known.
-    uncertainty : dict of Error
-        Difference of the first two, by metric; empty if there is only one.
-    """
+    """What errors are relative to: a run, or the limit of two."""
 
     outcome: Record
-    names: tuple[str, ...]
-    uncertainty: dict[str, Error]
+    names: tuple[str, ...]  # backends and settings of the references that are known
+    uncertainty: dict[str, Error]  # difference of the first two, by metric; empty of only one
 
 
 class Stopped(Exception):
@@ -147,16 +116,9 @@ class Stopped(Exception):
 
 
 class Benchmark:
-    """Runs the settings of a study within the wall-time limit.
+    """Runs the settings of a study within the wall-time limit; a signal raises Stopped.
 
-    Parameters
-    ----------
-    scenario : Scenario
-    plan : Plan
-    options : CostOptions
-        With the limit of each run, and the number of timed runs of each setting.
-    monitor : RunMonitor
-        Called with the time after each step; it may raise Interrupted.
+    The monitor is called with the time after each step, and may raise Interrupted.
     """
 
     def __init__(
@@ -172,12 +134,9 @@ class Benchmark:
         self._known: dict[Setting, Record] = {}
 
     def reference(
-        self,
-        candidates: "Iterable[tuple[str, Sequence[Setting]]]",
-        time_factor: float,
-        failure: str,
+        self, candidates: Iterable[tuple[str, Sequence[Setting]]], time_factor: float, failure: str
     ) -> Reference:
-        """Solve with the settings of all candidates; the first that is done is the reference.
+        """Solve with all candidates; the first that is done is the reference.
 
         Parameters
         ----------
@@ -192,8 +151,6 @@ class Benchmark:
         ------
         SolverError
             If all of them fail.
-        Stopped
-            If a signal stopped a run.
         """
         done, reasons = {}, []
         for name, settings in candidates:
@@ -210,21 +167,12 @@ class Benchmark:
         if not done:
             raise SolverError(failure.format("; ".join(reasons)))
         first, *others = done.values()
-        uncertainty = self._errors(others[0], first) if others else {}
-        return Reference(first, tuple(done), uncertainty)
+        return Reference(first, tuple(done), self._errors(others[0], first) if others else {})
 
     def row(self, setting: Setting, reference: Reference, in_time: Reference | None) -> Row:
         """Solve once for the errors, and several times for the wall time.
 
-        Parameters
-        ----------
-        in_time : Reference or None
-            The same mesh, converged in time.
-
-        Raises
-        ------
-        Stopped
-            If a signal stopped a run.
+        `in_time` is the reference on the same mesh, converged in time.
         """
         row: Row = {
             "law": setting.law,
@@ -241,19 +189,16 @@ class Benchmark:
             return row | nothing | {"status": "failed", "reason": _one_line(refused)}
         timed = self._timed(setting) if judged.status == "done" else [judged]
         seconds = [_statistics(result).wall_seconds or 0.0 for result in timed]
-        last, statistics = timed[-1], _statistics(timed[-1])
+        last, work = timed[-1], _statistics(timed[-1])
         done = last.status == "done"
-        row |= {
-            "status": last.status,
-            "reason": self._failed_checks(judged) if done else last.reason,
-        }
         numbers = (
             *(len(judged.transitions), median(seconds), len(seconds)),
-            *(statistics.steps, statistics.rhs_evaluations, statistics.states),
+            *(work.steps, work.rhs_evaluations, work.states),
         )
         row |= dict(zip(WORK, map(float, numbers), strict=True))
+        row |= {"status": last.status, "reason": self._fault(judged) if done else last.reason}
         if METHODS[setting.backend].counts_rejected:
-            row["rejected"] = float(statistics.rejected)
+            row["rejected"] = float(work.rejected)
         if len(seconds) > 1:
             row["wall_spread"] = max(seconds) - min(seconds)
         return row | self._error_columns(judged, reference, in_time) if done else row
@@ -262,26 +207,29 @@ class Benchmark:
         self, judged: Record, reference: Reference, in_time: Reference | None
     ) -> Row:
         """Return the errors of a run, and which are below the uncertainty of a reference."""
-        errors, uncertainty = self._errors(judged, reference.outcome), reference.uncertainty
-        relative = {"error": greatest(errors)}
-        limits = {"error": greatest(uncertainty)}
-        if in_time:
-            relative["time_error"] = greatest(self._errors(judged, in_time.outcome))
-            limits["time_error"] = greatest(in_time.uncertainty)
-        row: Row = {name: error for name, error in relative.items() if error is not None}
-        for name, (absolute, its_relative) in errors.items():
+        errors, known = self._errors(judged, reference.outcome), reference.uncertainty
+        row: Row = {}
+        for name, (absolute, relative) in errors.items():
             row[f"{name}_error"] = nan if absolute is None else float(absolute)
-            row[name + RELATIVE] = relative[name] = float(its_relative)
-        limits |= {name: error.relative for name, error in uncertainty.items()}
+            row[name + RELATIVE] = float(relative)
+        limits: dict[str, float | None] = {
+            name + RELATIVE: error.relative for name, error in known.items()
+        }
+        row["error"], limits["error"] = greatest(errors), greatest(known)
+        if in_time:
+            row["time_error"] = greatest(self._errors(judged, in_time.outcome))
+            limits["time_error"] = greatest(in_time.uncertainty)
         below = (
-            name
-            for name, limit in limits.items()
-            if limit is not None and (error := relative.get(name)) is not None and error < limit
+            name.removesuffix(RELATIVE)
+            for name in ("error", "time_error", *(name + RELATIVE for name in errors))
+            if (limit := limits.get(name)) is not None and row[name] < limit
         )
         return row | {"below_uncertainty": " ".join(below)}
 
     def _errors(self, outcome: Record, reference: Record) -> dict[str, Error]:
-        return metric_errors(self._metrics, outcome, reference, self._duration)
+        """Return the errors by metric."""
+        scale = self._duration
+        return {m.name: _error(m, outcome, reference, scale) for m in self._metrics}
 
     def _judged(self, setting: Setting, time_factor: float = 1.0) -> Record:
         """Return the run with a setting, sampled for the comparison with the reference.
@@ -305,8 +253,7 @@ class Benchmark:
         """Return the runs with samples at start and end only, up to the first that fails."""
         scenario = self._variant(setting, self._duration, self._duration)
         gc.collect()  # automatic garbage collection is off
-        runs: list[Record] = []
-        seconds = 0.0
+        runs, seconds = list[Record](), 0.0
         while len(runs) < self._repeats and seconds <= SECONDS_OF_REPEATS:
             runs.append(self._run(scenario))
             seconds += _statistics(runs[-1]).wall_seconds or 0.0
@@ -326,7 +273,7 @@ class Benchmark:
             raise Stopped(result)
         return result
 
-    def _failed_checks(self, judged: Record) -> str:
+    def _fault(self, judged: Record) -> str:
         """Return the failed checks of the audit, except those that are metrics."""
         measured = {metric.source for metric in self._metrics if metric.what == "check"}
         failed = failures({n: c for n, c in judged.checks.items() if n not in measured})

@@ -1,7 +1,7 @@
 """The rows of a study, the table that is made of them, and the settings that it recommends."""
 
 from collections.abc import Mapping, Sequence
-from math import isfinite
+from math import inf, isfinite, nan
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.display import error_text, short_text, study_text
@@ -60,16 +60,12 @@ def greatest(errors: Mapping[str, Error]) -> float | None:
 
 
 class Advice(NamedTuple):
-    """The cheapest setting with an error of at most `wanted`; None if no setting is known to be.
-
-    `is_by_work` tells that there were several, and evaluations decided as times could not; `floor`
-    is the reference uncertainty, None where a reference is known and another one failed.
-    """
+    """The cheapest setting with an error of at most `wanted`; None if no setting is known to be."""
 
     wanted: float
-    floor: float | None
+    floor: float | None  # reference uncertainty; None if it is unknown
     row: Row | None
-    is_by_work: bool
+    tied: int  # settings whose times differ by chance; of several the evaluations decide
 
     @property
     def sentence(self) -> str:
@@ -81,39 +77,53 @@ class Advice(NamedTuple):
             return f"{goal}: no setting reached it"
         row = self.row
         bodies = f"{row['bodies']:.0f} bodies, " if row.get("model") else ""
-        work = "; the fewest evaluations, as times of one run each differ by chance"
+        work = f"; the fewest evaluations of {self.tied} settings whose times differ by chance"
         unknown = "; the reference uncertainty is unknown"
         return (
             f"{goal}: {line_of(row)} with {bodies}{row['setting']},"
             f" {short_text(row['wall_seconds'])} s, error {error_text(row['error'])}"
-            f"{work * self.is_by_work}{unknown * (self.floor is None)}"
+            f"{work * (self.tied > 1)}{unknown * (self.floor is None)}"
         )
 
 
 def recommendations(table: CostTable) -> list[Advice]:
     """Return the cheapest setting for each of TARGET_ERRORS.
 
-    The fastest one; that with the fewest evaluations if a run of less than SECONDS_OF_REPEATS was
-    timed only once. Where the reference uncertainty is larger than an error, none is known.
+    The fastest one; of those that are slower by no more than the spread of the repeats, that with
+    the fewest evaluations. The spread of a short run that was timed once is unknown. Where the
+    reference uncertainty is larger than an error, none is known.
     """
     return [_cheapest(table, wanted) for wanted in TARGET_ERRORS]
 
 
-def _is_sound(row: Row) -> bool:
-    """Return whether a run is done and has passed its audit."""
-    return row["status"] == "done" and not row.get("reason")
-
-
 def _cheapest(table: CostTable, wanted: float) -> Advice:
-    rows = [row for row in table.rows if row["error"] <= wanted and _is_sound(row)]
-    rows = [row for row in rows if table.floor <= wanted and _holds(row, table.rows, wanted)]
-    is_by_work = len(rows) > 1 and any(
-        row.get("repeats") == 1 and row["wall_seconds"] < SECONDS_OF_REPEATS for row in rows
-    )
-    cost = "rhs_evaluations" if is_by_work else "wall_seconds"
-    row = min(rows, key=lambda row: float(row[cost]), default=None)
+    rows = [
+        row
+        for row in table.rows
+        if row["status"] == "done" and not row.get("reason") and row["error"] <= wanted
+        if table.floor <= wanted and _holds(row, table.rows, wanted)
+    ]
+    fastest = min(rows, key=_seconds, default=None)
+    tied = [row for row in rows if fastest and _may_be_as_fast(row, fastest)]
+    row = min(tied, key=lambda row: float(row["rhs_evaluations"]), default=None)
     is_known = table.uncertainty or not table.references
-    return Advice(wanted, table.floor if is_known else None, row, is_by_work)
+    return Advice(wanted, table.floor if is_known else None, row, len(tied))
+
+
+def _seconds(row: Row) -> float:
+    return float(row["wall_seconds"])
+
+
+def _may_be_as_fast(row: Row, fastest: Row) -> bool:
+    """Return whether the time of a row exceeds the least one by no more than their spread."""
+
+    def spread(row: Row) -> float:
+        if row.get("repeats") == 1 and _seconds(row) < SECONDS_OF_REPEATS:
+            return inf
+        known = row.get("wall_spread", nan)
+        return known if known == known else 0.0
+
+    return _seconds(row) - _seconds(fastest) <= max(spread(row), spread(fastest))
 
 
 def _holds(row: Row, rows: list[Row], wanted: float) -> bool:
@@ -128,6 +138,10 @@ def _holds(row: Row, rows: list[Row], wanted: float) -> bool:
             bodies = other["bodies"]
             best[bodies] = min(other["error"], best.get(bodies, other["error"]))
     return all(error <= wanted for error in best.values())
+
+
+SETTING = ("law", "backend", "setting", "overrides")
+LISTS = ("overrides", "below_uncertainty")  # texts of names between blanks
 
 
 def table_json(table: CostTable) -> dict[str, Any]:
@@ -147,39 +161,32 @@ def table_json(table: CostTable) -> dict[str, Any]:
 
 
 def _row_json(row: Row, measures: list[str]) -> dict[str, Any]:
-    known = {
-        name: _error_json(row[f"{name}_error"], row[name + RELATIVE])
-        for name in measures
-        if row[name + RELATIVE] == row[name + RELATIVE]
-    }
-    numbers = ("error", "time_error", "wall_seconds", "wall_spread")
+    columns = {name: (f"{name}_error", name + RELATIVE) for name in measures}
+    of_measures = {column for pair in columns.values() for column in pair}
+    others = {name: value for name, value in row.items() if name not in of_measures}
     return {
-        **_setting_json(row),
-        "status": row["status"],
-        "reason": row["reason"],
-        "errors": known,
-        **{name: finite(row.get(name)) for name in numbers},
-        **{name: _count(row[name]) for name in COUNTS if name in row},
-        "below_uncertainty": row["below_uncertainty"].split(),
+        "time_error": None,
+        **{name: _value_json(name, value) for name, value in others.items()},
+        "errors": {
+            name: _error_json(row[absolute], row[relative])
+            for name, (absolute, relative) in columns.items()
+            if row[relative] == row[relative]
+        },
     }
+
+
+def _value_json(name: str, value: Any) -> Any:
+    if isinstance(value, str):
+        return value.split() if name in LISTS else value
+    return int(value) if name in COUNTS and isfinite(value) else finite(value)
 
 
 def _advice_json(advice: Advice) -> dict[str, Any]:
-    setting = _setting_json(advice.row) if advice.row else dict.fromkeys(SETTING)
+    row = dict.fromkeys(SETTING) if advice.row is None else _row_json(advice.row, [])
+    names = (*SETTING, *(("model", "bodies") if row.get("model") else ()))
+    setting = {name: row[name] for name in names}
     return {"wanted": advice.wanted, **setting, "sentence": advice.sentence}
-
-
-SETTING = ("law", "backend", "setting", "overrides")
-
-
-def _setting_json(row: Row) -> dict[str, Any]:
-    mesh = {"model": row["model"], "bodies": _count(row["bodies"])} if row.get("model") else {}
-    return {**{name: row[name] for name in SETTING}, **mesh, "overrides": row["overrides"].split()}
 
 
 def _error_json(absolute: float | None, relative: float) -> dict[str, float | None]:
     return {"absolute": finite(absolute), "relative": finite(relative)}
-
-
-def _count(value: float) -> int | None:
-    return int(value) if isfinite(value) else None

@@ -1,7 +1,8 @@
 """The measured data of a fit: time series of one run, or a table of runs and their noise."""
 
-from collections.abc import Iterator, Mapping
-from math import isfinite
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from math import isfinite, nan
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
@@ -44,10 +45,6 @@ MIN_RESAMPLES = 40  # one of which is beyond each end of a 95 % interval
 BOUNDS = "KEY=LOW:HIGH or KEY=LOW:HIGH:START, e.g. effects.shaft_friction.mu_s=0.05:0.4"
 AT_END = 1e-9  # of the duration: a time this far outside the run is at its start or end
 DEFAULT_TIME = "time"
-SHARED = "quantities"  # group of single quantities without sigma, whose errors are relative
-
-
-# --- what is asked for ---------------------------------------------------------------------------
 
 
 def _file_or_columns(data: Any) -> Any:
@@ -56,18 +53,6 @@ def _file_or_columns(data: Any) -> Any:
     if data is not None and not hasattr(data, "keys"):
         raise ValueError(f"expected a CSV file or columns by name, got {type(data).__name__}")
     return data
-
-
-def _parts(text: str) -> list[str]:
-    """Return the texts of the bounds and the start of a key."""
-    return text.split(":")
-
-
-def _finite(name: str, value: Any, hint: str = "") -> float:
-    number = value.item() if hasattr(value, "item") else value
-    if not isinstance(number, int | float) or isinstance(number, bool) or not isfinite(number):
-        raise ValueError(f"{name}: expected a finite number, got {value!r}{hint}")
-    return float(number)
 
 
 class FitOptions(Options):
@@ -84,7 +69,9 @@ class FitOptions(Options):
     time: str | int | None = None
     time_unit: str | None = None
     time_offset: float = unit_field("s", "Offset added to the times of the data.", 0.0)
-    free: Annotated[dict[str, Any], BeforeValidator(by_name(BOUNDS, _parts))] = Field({})
+    free: Annotated[
+        dict[str, Any], BeforeValidator(by_name(BOUNDS, lambda text: text.split(":")))
+    ] = Field({})
     starts: int = Field(STARTS, ge=1)
     seed: int = Field(0, ge=0)
     bootstrap: int = Field(0, ge=0)
@@ -96,9 +83,9 @@ class FitOptions(Options):
         if info.data.get("over"):
             return columns_of(raw)
         raw = raw if isinstance(raw, Mapping) else as_list(raw)
-        hint = "; a column needs 'over', whose rows are runs"
-        values = by_name("the measured value of each quantity, as NAME=VALUE", number_or_name)(raw)
-        return {name: _finite(name, v, hint * isinstance(v, str)) for name, v in values.items()}
+        wanted = "the measured value of each quantity, as NAME=VALUE"
+        given: dict[str, Any] = by_name(wanted, number_or_name)(raw)
+        return given
 
     @model_validator(mode="after")
     def _fit_together(self) -> Self:
@@ -132,24 +119,24 @@ class FitOptions(Options):
                 yield "over", f"'{name}' is free, too; the data give it or the fit does"
 
 
-# --- measured values -----------------------------------------------------------------------------
-
-
 class Target(NamedTuple):
     """Measured values of a channel or quantity."""
 
     name: str  # as `angular_velocity`, or `pulley_speed.driven` of a channel with members
-    kind: Literal["channel", "quantity"]
     unit: str  # of the channel; of a quantity that of the data, empty if not given
     values: "Array"
     sigma: "Array | None"  # standard deviations
-    times: "Array"  # in the run, s; empty for a quantity
-    runs: "npt.NDArray[np.int64]"  # the run of each value
-    group: str  # values of one group without sigma have one noise level
     scale: "Array"  # reference of their errors until the noise is known
+    runs: "npt.NDArray[np.int64]"  # the run of each value
+    times: "Array"  # in the run, s; empty for a quantity
     column: ColumnKey | None = None  # of the data; None for a value given directly
     data_unit: str = ""  # unit of the data as read; empty for that of the quantity
     unit_is_certain: bool = True  # else `unit` may be a part of the column's name
+
+    @property
+    def kind(self) -> Literal["channel", "quantity"]:
+        """What was measured."""
+        return "channel" if self.times.size else "quantity"
 
 
 class Measured(NamedTuple):
@@ -162,7 +149,7 @@ class Measured(NamedTuple):
     @property
     def times(self) -> "Array":
         """All distinct times of the channels, s, ascending."""
-        return np.unique(np.concatenate([t.times for t in self.targets] or [np.empty(0)]))
+        return np.unique(np.concatenate([t.times for t in self.targets]))
 
     @property
     def values(self) -> "Array":
@@ -189,51 +176,53 @@ def measured(source: FitOptions, scenario: "Scenario") -> Measured:
     return Measured(tuple(targets), ({},))
 
 
-class _Columns:
-    """Columns of the data, from a file or a mapping."""
+@contextmanager
+def _faults_of(argument: str, before: str = "", after: str = "") -> Iterator[None]:
+    """Name the argument that a fault is of."""
+    try:
+        yield
+    except InputError as error:
+        raise ArgumentError(argument, f"{before}{error}{after}") from None
 
-    def __init__(self, source: FitOptions, time: ColumnKey | None) -> None:
-        self._data = source.data
-        no_gaps = [*([] if time is None else [time]), *source.over.values()]
+
+class _Columns:
+    """Columns of the data, from a file or a mapping; some may have no gaps."""
+
+    def __init__(self, source: FitOptions, no_gaps: Collection[ColumnKey]) -> None:
+        self._data, self._lines = source.data, list[int]()
         compared = [*source.channels.values(), *(source.quantities.values() if source.over else ())]
         deviations = [value for value in source.sigma.values() if isinstance(value, str)]
         wanted = list(dict.fromkeys([*no_gaps, *compared, *deviations]))
-        self._lines: list[int] = []
         if isinstance(self._data, Path):
-            try:
-                self._columns, self._lines = read_columns(self._data, wanted, no_gaps)
-            except InputError as error:
-                raise ArgumentError("data", str(error)) from None
+            with _faults_of("data"):
+                self.columns, self._lines = read_columns(self._data, wanted, no_gaps)
         else:
-            self._columns = {column: _mapped(self._data, column) for column in wanted}
-        self.values = {name: np.array(self._columns[name].values) for name in wanted}
+            self.columns = {column: _mapped(self._data, column) for column in wanted}
+        self.values = {name: np.array(self.columns[name].values) for name in wanted}
         sizes = {str(name): values.size for name, values in self.values.items()}
         if len(set(sizes.values())) > 1:
             lengths = ", ".join(f"{name} {size}" for name, size in sizes.items())
             raise ArgumentError("data", f"expected columns of one length, got {lengths}")
         for name, values in self.values.items():
-            gaps = np.flatnonzero(np.isnan(values))
-            if name in no_gaps and gaps.size:
-                raise ArgumentError("data", f"{self.place(gaps[0])}: no number in '{name}'")
-            large = np.flatnonzero(np.abs(values) > MAX_NUMBER)
-            if large.size:
-                fault = _too_large(values[large[0]])
-                raise ArgumentError("data", f"{self.place(large[0])}: {fault}")
+            if name in no_gaps and (gaps := np.isnan(values)).any():
+                raise ArgumentError("data", f"{self.place(gaps.argmax())}: no number in '{name}'")
+            if (large := np.abs(values) > MAX_NUMBER).any():
+                row = large.argmax()
+                raise ArgumentError("data", f"{self.place(row)}: {_too_large(values[row])}")
 
-    def place(self, row: int) -> str:
+    def place(self, row: Any) -> str:
         """Return the position of a row, for messages."""
         return f"line {self._lines[row]} of '{self._data}'" if self._lines else f"row {row}"
 
-    def column(self, name: ColumnKey) -> CsvColumn:
-        """Return a column with its unit."""
-        return self._columns[name]
-
-    def unit_factor(self, name: ColumnKey, model_unit: str) -> float:
-        """Return the factor from the unit in the heading of a column to that of the model."""
-        try:
-            return self._columns[name].factor(model_unit)
-        except InputError as error:
-            raise ArgumentError("data", f"{error}; a unit that is given counts instead") from None
+    def size(
+        self, column: ColumnKey, model_unit: str, given: str | None, argument: str, where: str = ""
+    ) -> float:
+        """Return the size of a given unit, or that of a column, in the unit of the model."""
+        if given:
+            with _faults_of(argument, where):
+                return factor(given, model_unit)
+        with _faults_of("data", after="; a unit that is given counts instead"):
+            return self.columns[column].factor(model_unit)
 
 
 def _mapped(data: Any, name: ColumnKey) -> CsvColumn:
@@ -252,9 +241,8 @@ def _mapped(data: Any, name: ColumnKey) -> CsvColumn:
     if np.isinf(values).any():
         raise ArgumentError("data", f"expected finite numbers in '{name}', got inf")
     _, unit, is_certain = heading(str(name))
-    attribute = getattr(data[name], "attrs", {}).get("units")
-    if isinstance(attribute, str) and attribute:
-        unit, is_certain = attribute, True
+    if attribute := getattr(data[name], "attrs", {}).get("units"):
+        unit, is_certain = str(attribute), True
     return CsvColumn(values.tolist(), 0, unit, f"unit of the column '{name}'", is_certain)
 
 
@@ -264,33 +252,18 @@ def _too_large(value: float) -> str:
 
 def _channel_targets(source: FitOptions, scenario: "Scenario") -> list[Target]:
     units = {name: _channel_unit(name, scenario) for name in source.channels}
-    time_column = _time_column(source)
-    columns = _Columns(source, time_column)
-    if source.time_unit:
-        size = _given_factor("time_unit", "", source.time_unit, "s")
-    else:
-        size = columns.unit_factor(time_column, "s")
-    duration = scenario.solver.duration
-    times = columns.values[time_column] * size + source.time_offset
-    _check_times(times, duration, columns, source.time_offset)
-    times = np.clip(times, 0.0, duration)
+    time = _time_column(source)
+    columns = _Columns(source, [time])
+    times = columns.values[time] * columns.size(time, "s", source.time_unit, "time_unit")
+    times = _checked_times(times + source.time_offset, scenario, columns, source.time_offset)
     targets = []
     for name, column in source.channels.items():
-        unit, model_unit = source.units.get(name), units[name]
-        if unit:
-            size = _given_factor("units", f"{name}: ", unit, model_unit)
-        else:
-            size = columns.unit_factor(column, model_unit)
+        unit, given = units[name], source.units.get(name)
+        size = columns.size(column, unit, given, "units", f"{name}: ")
         target = _column_target(source, columns, name, column, size)
-        targets.append(
-            target._replace(
-                kind="channel",
-                unit=model_unit,
-                times=times[target.runs],
-                runs=np.zeros_like(target.runs),
-                data_unit=unit or columns.column(column).unit_in(model_unit) or model_unit,
-            )
-        )
+        one_run, read = np.zeros_like(target.runs), given or columns.columns[column].unit_in(unit)
+        target = target._replace(unit=unit, runs=one_run, times=times[target.runs])
+        targets.append(target._replace(data_unit=read or unit, unit_is_certain=True))
     return targets
 
 
@@ -315,27 +288,20 @@ def _time_column(source: FitOptions) -> ColumnKey:
     if source.time is not None:
         return source.time
     if isinstance(source.data, Path):
-        try:
+        with _faults_of("data"), suppress(NoSuchColumn):
             read_columns(source.data, [DEFAULT_TIME], [])
-        except NoSuchColumn:
-            return 1
-        except InputError as error:
-            raise ArgumentError("data", str(error)) from None
+            return DEFAULT_TIME
+        return 1
     return DEFAULT_TIME
 
 
-def _given_factor(argument: str, where: str, unit: str, model_unit: str) -> float:
-    """Return the factor from a given unit to that of the model."""
-    try:
-        return factor(unit, model_unit)
-    except InputError as error:
-        raise ArgumentError(argument, f"{where}{error}") from None
-
-
-def _check_times(times: "Array", duration: float, columns: _Columns, offset: float) -> None:
-    late = np.flatnonzero(~(np.diff(times) > 0.0))
-    if late.size:
-        row = int(late[0]) + 1
+def _checked_times(
+    times: "Array", scenario: "Scenario", columns: _Columns, offset: float
+) -> "Array":
+    """Return times within the run, of which the ends may be off by their rounding."""
+    duration = scenario.solver.duration
+    if (late := ~(np.diff(times) > 0.0)).any():
+        row = int(late.argmax()) + 1
         raise ArgumentError(
             "data",
             f"{columns.place(row)}: times must increase from row to row, but"
@@ -348,6 +314,7 @@ def _check_times(times: "Array", duration: float, columns: _Columns, offset: flo
             f"the times{shifted} are from {times[0]:.9g} s to {times[-1]:.9g} s, the run is from 0"
             f" to {duration:g} s; set solver.duration, the time unit or the time offset",
         )
+    return np.clip(times, 0.0, duration)
 
 
 def _column_target(
@@ -360,72 +327,66 @@ def _column_target(
         raise ArgumentError("data", f"no numbers in the column '{column}'")
     sizes = float(np.std(values[rows])), float(np.max(np.abs(values[rows])))
     spread = next((size for size in sizes if size >= MIN_NUMBER), 1.0)
-    found = columns.column(column)
-    given = source.units.get(name, "")
-    is_certain = bool(given) or found.is_certain
+    given, found = source.units.get(name, ""), columns.columns[column]
+    unit, is_certain = given or found.unit, bool(given) or found.is_certain
+    sigma = source.sigma.get(name)
+    if isinstance(sigma, str):
+        own = columns.columns[sigma]
+        if own.is_certain and own.unit and unit and own.unit != unit:
+            raise ArgumentError(
+                "sigma",
+                f"{name}: the column '{sigma}' is in {own.unit}, the data are in {unit}; give"
+                " both in one unit",
+            )
+        deviations = _deviations(name, columns.values[sigma][rows] * size, f" in '{sigma}'")
+    elif sigma is not None:
+        deviations = _deviations(name, np.full(rows.size, sigma * size), f", got {sigma!r}")
     return Target(
-        name=name,
-        kind="quantity",
-        unit=given or found.unit,
-        values=values[rows],
-        sigma=_sigma(source, name, size, columns, rows, given or found.unit),
-        times=np.empty(0),
-        runs=rows,
-        group=name,
-        scale=np.full(rows.size, spread),
-        column=column,
-        data_unit=(given or found.unit) if is_certain else "",
-        unit_is_certain=is_certain,
+        name,
+        unit,
+        values[rows],
+        None if sigma is None else deviations,
+        np.full(rows.size, spread),
+        rows,
+        np.empty(0),
+        column,
+        unit if is_certain else "",
+        is_certain,
     )
 
 
-def _sigma(
-    source: FitOptions,
-    name: str,
-    size: float,
-    columns: _Columns | None,
-    rows: Any,
-    data_unit: str = "",
-) -> "Array | None":
-    """Return the standard deviations of a target, in the unit of its data; None without any."""
-    sigma = source.sigma.get(name)
-    if sigma is None:
-        return None
-    if isinstance(sigma, str) and columns is not None:
-        own = columns.column(sigma)
-        if own.is_certain and own.unit and data_unit and own.unit != data_unit:
-            raise ArgumentError(
-                "sigma",
-                f"{name}: the column '{sigma}' is in {own.unit}, the data are in {data_unit}; give"
-                " both in one unit",
-            )
-        values = columns.values[sigma][rows] * size
-    else:
-        values = np.full(len(rows), sigma * size if isinstance(sigma, int | float) else np.nan)
+def _deviations(name: str, values: "Array", found: str) -> "Array":
+    """Return standard deviations if they are usable; `found` is for the message."""
     if not (np.isfinite(values) & (values >= MIN_NUMBER)).all():
-        column = f" in the column '{sigma}'" if isinstance(sigma, str) and columns else ""
-        found = column or f", got {sigma!r}"
         raise ArgumentError("sigma", f"{name}: expected standard deviations above 0{found}")
     return values
 
 
-def _quantity_target(source: FitOptions, name: str, value: float) -> Target:
+def _quantity_target(source: FitOptions, name: str, given: Any) -> Target:
     """Return the target of one measured quantity."""
+    value = given.item() if hasattr(given, "item") else given
+    if not isinstance(value, int | float) or isinstance(value, bool) or not isfinite(value):
+        hint = "; a column needs 'over', whose rows are runs" * isinstance(given, str)
+        fault = f"{name}: expected a finite number, got {given!r}{hint}"
+        raise ArgumentError("quantities", fault)
     if abs(value) > MAX_NUMBER:
         raise ArgumentError("quantities", f"{name}: {_too_large(value)}")
-    values, runs = np.array([value]), np.zeros(1, dtype=np.int64)
+    values, sigma = np.array([float(value)]), source.sigma.get(name)
     scale = np.abs(values) if abs(value) >= MIN_NUMBER else np.ones(1)  # no relative error of 0
-    unit, sigma = source.units.get(name, ""), _sigma(source, name, 1.0, None, runs)
-    return Target(name, "quantity", unit, values, sigma, np.empty(0), runs, SHARED, scale)
+    if sigma is not None:
+        number = sigma if isinstance(sigma, int | float) else nan
+        sigma = _deviations(name, np.array([number]), f", got {sigma!r}")
+    run = np.zeros(1, dtype=np.int64)
+    return Target(name, source.units.get(name, ""), values, sigma, scale, run, np.empty(0))
 
 
 def _run_data(source: FitOptions, scenario: "Scenario") -> Measured:
     """Return the data of a table whose rows are runs."""
-    columns = _Columns(source, None)
+    columns = _Columns(source, source.over.values())
     values = []
     for key, column in source.over.items():
         model_unit = unit_of_key(type(scenario), key)
-        size = columns.unit_factor(column, model_unit) if model_unit else 1.0
+        size = columns.size(column, model_unit, None, "over") if model_unit else 1.0
         values.append((columns.values[column] * size).tolist())
     runs = (dict(zip(source.over, row, strict=True)) for row in zip(*values, strict=True))
     targets = (_column_target(source, columns, *named) for named in source.quantities.items())

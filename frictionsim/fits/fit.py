@@ -29,8 +29,7 @@ from frictionsim.fits.search import (
     Minimum,
     Resample,
     Search,
-    edges,
-    last_good,
+    checked_derivatives,
     minima,
     search,
 )
@@ -39,6 +38,7 @@ from frictionsim.fits.uncertainty import (
     JUMPS,
     NO_BETTER,
     NO_CHANGE,
+    SIDES,
     Identification,
     Noise,
     autocorrelation,
@@ -62,7 +62,6 @@ NO_SCATTER = (
     "no standard error is known: there are as many values as free keys, which leave no scatter;"
     " give sigma"
 )
-SIDES = {-1: ("lower", "below"), 1: ("upper", "above")}
 
 
 def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
@@ -95,7 +94,7 @@ def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
         errors[key.key] = deviation * key.derivative(x)
         ends = x - factor * deviation, x + factor * deviation
         intervals[key.key] = _within_edges(problem, best.x, j, ends, "95 %", cut)
-    same, others = _grouped(Search(problem, 1.0 / noise.sigma), best, found, limit)
+    same, others = _grouped(problem, 1.0 / noise.sigma, best, found, limit)
     finding = finding_of(problem, best, found, same, others)
     residuals = _residuals(problem, noise, best, degrees)
     chi = float(np.sum((problem.residuals(best.x) / noise.sigma) ** 2)) if noise.all_given else None
@@ -164,10 +163,11 @@ def _reweighed(problem: FitProblem, noise: Noise, found: list[Minimum]) -> list[
     for _ in range(REWEIGHTED):
         if noise.estimate(problem.residuals(found[0].x), len(problem.keys)) < SAME_NOISE:
             break
-        task = Search(problem, 1.0 / noise.sigma)
-        ends = zip(found, minima([(task, end.x) for end in found]), strict=True)
+        weights = 1.0 / noise.sigma
+        ends = zip(found, minima([Search(problem, weights, end.x) for end in found]), strict=True)
         found = [
-            end._replace(start=old.start, first_cost=task.cost(old.start)) for old, end in ends
+            end._replace(start=old.start, first_cost=problem.cost(old.start, weights))
+            for old, end in ends
         ]
         found.sort(key=lambda end: end.cost)
     return found
@@ -178,32 +178,20 @@ def _identified(problem: FitProblem, noise: Noise, best: Minimum) -> tuple[Minim
 
     Keys that nothing changes with have their starts, if this is no worse.
     """
-    keys, solver = problem.keys, problem.scenario.solver
-    accuracy = 0.0 if problem.scenario.pair.fixed_step else solver.rtol
-    task = Search(problem, 1.0 / noise.sigma)
-    jacobian, changes = task.checked_jacobian(best.x)
-    at_edges = {
-        keys[edge.number].key: "its estimate is at the edge of valid values,"
-        f" {keys[edge.number].value(float(best.x[edge.number])):.6g}; {SIDES[edge.side][1]} it,"
-        f" {edge.fault}"
-        for edge in (edges(problem, best.x) if problem.has_failed else ())
-    }
-
-    def identified() -> Identification:
-        scaled = jacobian / (noise.sigma * task.weights)[:, None]
-        spread = noise.spread / noise.sigma
-        return identify(keys, best.x, scaled, spread, task.step, accuracy, at_edges)
-
-    first, x = identified(), best.x.copy()
+    keys, sigma = problem.keys, noise.sigma.copy()
+    jacobian, changes = checked_derivatives(problem, best.x, sigma)
+    first, x = identify(problem, best.x, jacobian, noise.spread / sigma), best.x.copy()
     for j, key in enumerate(keys):
         if first.reasons.get(key.key) == NO_CHANGE:
             x[j] = key.scaled(key.start)
-    if task.cost(x) <= best.cost * (1.0 + SAME_COST):
+    if problem.cost(x, 1.0 / sigma) <= best.cost * (1.0 + SAME_COST):
         best = best._replace(x=x)
     # The rank gives the degrees of freedom, and these the noise.
     noise.estimate(problem.residuals(best.x), first.rank)
+    scaled = jacobian * (sigma / noise.sigma)[:, None]
+    known = identify(problem, best.x, scaled, noise.spread / noise.sigma)
     rough = {key.key: JUMP for key, change in zip(keys, changes, strict=True) if change > JUMPS}
-    return best, identified()._replace(rough=rough)
+    return best, known._replace(rough=rough)
 
 
 def _within_edges(
@@ -222,8 +210,8 @@ def _within_edges(
 
     for side, end in zip(SIDES, ends, strict=True):
         last, beyond = at(end), problem.model(at(end + side * AT_EDGE))
-        if beyond.fault and problem.model(last).fault:
-            last = last_good(problem.works if beyond.is_valid else problem.is_valid, x, last)
+        if beyond.fault and not problem.works(last):
+            last = problem.last_good(x, last)
         value = key.value(float(last[j]))
         where = f"the {what} interval of {key.key} ends at"
         if beyond.fault:
@@ -235,28 +223,31 @@ def _within_edges(
 
 
 def _grouped(
-    task: Search, best: Minimum, found: list[Minimum], limit: float
-) -> tuple[list[Minimum], list[Minimum]]:
-    """Return the searches that found the best minimum, and other minima within its noise.
+    problem: FitProblem, weights: "Array", best: Minimum, found: list[Minimum], limit: float
+) -> tuple[int, list[Minimum]]:
+    """Return how many searches found the best minimum, and other minima within its noise.
 
     Chi squared at the latter exceeds the least one by no more than a limit, or they give the data
     exactly. Two ends are different minima where the data fit worse half way between them.
     """
-    problem, least = task.problem, found[0].cost
+    least = found[0].cost
+
+    def cost(x: "Array") -> float:
+        return problem.cost(x, weights)
 
     def are_different(one: Minimum, other: Minimum) -> bool:
         middle = 0.5 * (one.x + other.x)
         if np.max(np.abs(one.x - other.x)) <= APART:
             return False
-        highest = max(task.cost(one.x), task.cost(other.x))
-        return not problem.is_exact(middle) and task.cost(middle) > highest * (1.0 + SAME)
+        highest = max(cost(one.x), cost(other.x))
+        return not problem.is_exact(middle) and cost(middle) > highest * (1.0 + SAME)
 
-    same, others = [], list[Minimum]()
+    same, others = 0, list[Minimum]()
     for end in found:
         if not are_different(found[0], end):
-            same += [end] if end.cost <= least * (1.0 + SAME) + ROUNDED else []
+            same += end.cost <= least * (1.0 + SAME) + ROUNDED
         elif all(are_different(other, end) for other in others):
-            excess = 2.0 * (task.cost(end.x) - task.cost(best.x))
+            excess = 2.0 * (cost(end.x) - cost(best.x))
             fits = excess <= limit or problem.is_exact(end.x)
             others += [end] if end.converged and fits else []
     return same, others
@@ -279,8 +270,6 @@ def _residuals(
                 data_unit=target.data_unit or problem.units[target.name],
                 values=values,
                 fitted=target.values - values,
-                rms=float(np.sqrt(np.mean(values**2))),
-                largest=float(np.max(np.abs(values))),
                 sigma=float(np.mean(noise.sigma[rows])) if has_sigma or degrees else None,
                 sigma_given=has_sigma,
                 worst=float(np.max(np.abs(values / noise.sigma[rows]))) if has_sigma else None,
@@ -316,7 +305,7 @@ def _bootstrap(
             size = np.sqrt(np.mean(pool**2)) or 1.0
             drawn[group] = noise.sigma[group] * rng.choice(pool / size, size=pool.size)
         resampled = problem.data.values - residuals + drawn
-        searches.append((Resample(problem, 1.0 / noise.sigma, resampled), best.x))
+        searches.append(Resample(problem, 1.0 / noise.sigma, best.x, resampled))
     ends = minima(searches)
     places = np.array([end.x for end in ends if end.converged]).reshape(-1, len(problem.keys))
     intervals: dict[str, tuple[float, float] | None] = {key.key: None for key in problem.keys}

@@ -1,6 +1,5 @@
 """A fit as plain data: estimates, finding, residuals and warnings."""
 
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -11,6 +10,7 @@ from frictionsim.errors import counted
 from frictionsim.fits.problem import FitProblem, FreeKey
 from frictionsim.fits.search import Minimum
 from frictionsim.results import finite
+from frictionsim.sweeps.statistics import grouped
 
 if TYPE_CHECKING:
     from frictionsim.fits.data import Measured
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 REACHED, OUT_OF_REACH, MINIMUM = "reached", "out_of_reach", "minimum"
 SIGNIFICANT = 4.0  # standard deviations
 TOO_LARGE = 1e-2  # probability of a chi squared that chance exceeds
-NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?")
 POOR = 1.1  # of the spread of the data: larger residuals are worse than those of a constant
 ROUNDING = 1e-6  # of the data
 MAX_MINIMA = 4  # in a sentence
@@ -49,12 +48,20 @@ class TargetResiduals(NamedTuple):
     data_unit: str  # unit of the data as read
     values: "Array"
     fitted: "Array"  # values of the fitted scenario
-    rms: float  # root mean square, in the unit
-    largest: float  # magnitude
     sigma: float | None  # given (the mean of several) or estimated; None if it cannot be
     sigma_given: bool
     worst: float | None  # the largest magnitude over its sigma, where that was given
     autocorrelation: float | None  # of neighbours of a time series
+
+    @property
+    def rms(self) -> float:
+        """Root mean square, in the unit."""
+        return float(np.sqrt(np.mean(self.values**2)))
+
+    @property
+    def largest(self) -> float:
+        """The largest magnitude, in the unit."""
+        return float(np.max(np.abs(self.values)))
 
 
 class Bootstrap(NamedTuple):
@@ -161,26 +168,20 @@ def _list(interval: tuple[float, float] | None) -> list[float] | None:
 
 
 def finding_of(
-    problem: FitProblem,
-    best: Minimum,
-    found: Sequence[Minimum],
-    same: Sequence[Minimum],
-    others: Sequence[Minimum],
+    problem: FitProblem, best: Minimum, found: Sequence[Minimum], same: int, others: list[Minimum]
 ) -> Finding:
     """Return the kind of an estimate.
 
-    Parameters
-    ----------
-    problem, best
-    found : sequence of Minimum
-        The ends of all searches by their costs.
-    same, others : sequence of Minimum
-        Those at the best minimum, and at others within the noise.
+    `found` are the ends of all searches by their costs, of which as many as `same` are at the best
+    minimum; the others are within the noise.
     """
     reached = problem.is_exact(best.x)
     reachable = problem.reachable if problem.data.size == 1 else None
-    if reachable and not reached and _is_beyond_noise(problem, best):
-        return Finding(OUT_OF_REACH, _out_of_reach(problem, best, reachable), reachable)
+    if reachable and not reached:
+        sigma = problem.data.targets[0].sigma
+        noise = 0.0 if sigma is None else SIGNIFICANT * float(sigma[0])
+        if abs(float(problem.residuals(best.x)[0])) > noise:
+            return Finding(OUT_OF_REACH, _out_of_reach(problem, best, reachable), reachable)
     also, values = "", tuple(problem.values(other.x) for other in others)
     if others:
         places = (
@@ -190,18 +191,11 @@ def finding_of(
         more = "; ..." if len(others) > MAX_MINIMA else ""
         also = f"the data fit as well, within their noise, at {'; at '.join(places)}{more}"
     searches = f"{len(found)} {'search' if len(found) == 1 else 'searches'}"
-    kind, sentence = MINIMUM, f"{len(same)} of {searches} found this minimum"
+    kind, sentence = MINIMUM, f"{same} of {searches} found this minimum"
     if reached:
         number = sum(end.cost <= found[0].cost or problem.is_exact(end.x) for end in found)
         kind, sentence = REACHED, f"{number} of {searches} reached the data exactly"
     return Finding(kind, sentence, reachable, also, values)
-
-
-def _is_beyond_noise(problem: FitProblem, best: Minimum) -> bool:
-    """Return whether the residual of a single value exceeds the noise of its sigma, if given."""
-    sigma = problem.data.targets[0].sigma
-    noise = 0.0 if sigma is None else SIGNIFICANT * float(sigma[0])
-    return abs(float(problem.residuals(best.x)[0])) > noise
 
 
 def _out_of_reach(problem: FitProblem, best: Minimum, reachable: tuple[float, float]) -> str:
@@ -221,20 +215,13 @@ def _out_of_reach(problem: FitProblem, best: Minimum, reachable: tuple[float, fl
     )
 
 
-def run_warnings(texts: Sequence[str], rows: int) -> list[str]:
-    """Return the distinct warnings of the runs with the estimates, with the number of their rows.
-
-    Those that differ only in their numbers are one, with the numbers of the first row.
-    """
-    alike: dict[str, list[str]] = {}
-    for text in texts:
-        alike.setdefault(NUMBER.sub("#", text), []).append(text)
+def run_warnings(texts: Sequence[str], rows: int) -> Sequence[str]:
+    """Return the warnings of the runs with the estimates; those of several rows by their kinds."""
     if rows == 1:
-        return list(texts)
-    of_first = "; the numbers are of the first"
+        return texts
     return [
-        f"{own[0]} ({len(own)} of {rows} rows{of_first if len({*own}) > 1 else ''})"
-        for own in alike.values()
+        f"{group.text} ({group.runs} of {rows} rows; the numbers are of the first)"
+        for group in grouped(dict(enumerate(texts)))
     ]
 
 

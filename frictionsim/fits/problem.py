@@ -8,7 +8,7 @@ may jump, the value is that immediately after it.
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from math import exp, isfinite, log
+from math import exp, inf, isfinite, log, nan
 from time import perf_counter
 from types import NoneType
 from typing import TYPE_CHECKING, Any, NamedTuple, get_args
@@ -24,14 +24,14 @@ from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import run
 
 if TYPE_CHECKING:
-    from frictionsim.results import Array, Quantity, Record
+    from frictionsim.results import Array, Record
     from frictionsim.scenario.settings import Scenario
 
 LOG_RATIO = 100.0  # of bounds, from which on a key is scaled by its logarithm
 NOT_PHYSICAL = ("solver", "output", "kind", "title")
 ADVICE = "a free key needs bounds, e.g. effects.shaft_friction.mu_s=0.05:0.4"
+STARTS_ADVICE = "; these are starts of the fit: give other ones, as KEY=LOW:HIGH:START"
 MAX_RUNS = 10_000  # rows of the data
-TRIES = 64  # points in the bounds that are tried as valid starts
 # By constraint of a field: whether a bound violates its limit, and the relation required.
 LIMITS: dict[str, tuple[Callable[[float, float], bool], str]] = {
     "gt": (operator.le, "above"),
@@ -41,6 +41,7 @@ LIMITS: dict[str, tuple[Callable[[float, float], bool], str]] = {
 }
 SAME_TIME = 1e-12  # relative to the time: a sample at an event
 NEAR_ZERO = 1e-3  # of the values that the runs gave
+EDGE = 1e-9  # of the bounds: resolution of the edge of failing runs
 EXACT, FIXED_ERROR = 1e-6, 1e-3  # of the data; the latter is the error of runs with fixed steps
 
 
@@ -80,27 +81,18 @@ class FreeKey(NamedTuple):
 
 
 def free_keys(bounds_by_key: Mapping[str, Any], scenario: "Scenario") -> tuple[FreeKey, ...]:
-    """Return the free keys of a scenario, with valid starts."""
+    """Return the free keys of a scenario, whose starts are valid together."""
     if not bounds_by_key:
         raise ArgumentError("free", f"expected at least one key; {ADVICE}")
-    keys, chosen = [], []
-    for key, bounds in bounds_by_key.items():
-        low, high, start = _bounds(key, bounds)
-        names = [name.strip() for name in names_in(key)]
-        for name in names:
-            _check_key(name, low, high, scenario)
-        if start is None:
-            current = value_of(scenario, names[0])
-            within = current is not None and low <= current <= high
-            start = current if current is not None and within else _middle(low, high)
-        else:
-            chosen.append(",".join(names))
-        unit = unit_of_key(type(scenario), names[0])
-        keys.append(FreeKey(",".join(names), low, high, start, unit))
-    return _with_valid_starts(tuple(keys), chosen, scenario)
+    keys = tuple(_free_key(key, bounds, scenario) for key, bounds in bounds_by_key.items())
+    if fault := fault_of(scenario, {key.key: key.start for key in keys}):
+        names = (name for key in keys for name in names_in(key.key))
+        are_known = all(fields_of_key(type(scenario), name) for name in names)
+        raise ArgumentError("free", fault + STARTS_ADVICE * are_known)
+    return keys
 
 
-def _bounds(key: str, bounds: Any) -> tuple[float, float, float | None]:
+def _free_key(key: str, bounds: Any, scenario: "Scenario") -> FreeKey:
     try:
         numbers = [float(number) for number in bounds]
     except (TypeError, ValueError):
@@ -109,24 +101,28 @@ def _bounds(key: str, bounds: Any) -> tuple[float, float, float | None]:
         raise ArgumentError(
             "free", f"{key}: expected bounds (low, high) or (low, high, start); {ADVICE}"
         )
-    low, high = numbers[:2]
+    low, high, *starts = numbers
     if not low < high:
         raise ArgumentError(
             "free", f"{key}: the lower bound {low:g} is not below the upper bound {high:g}"
         )
-    start = numbers[2] if len(numbers) == 3 else None
-    if start is not None and not low <= start <= high:
+    names = [name.strip() for name in names_in(key)]
+    for name in names:
+        _check_key(name, low, high, scenario)
+    start = starts[0] if starts else _usual_start(names[0], low, high, scenario)
+    if not low <= start <= high:
         raise ArgumentError(
             "free", f"{key}: the start {start:g} is not between {low:g} and {high:g}"
         )
-    return low, high, start
+    return FreeKey(",".join(names), low, high, start, unit_of_key(type(scenario), names[0]))
 
 
-def _middle(low: float, high: float) -> float:
-    """Return a short number between two others."""
-    middle = 0.5 * (low + high)
-    short = float(f"{middle:.4g}")
-    return short if low <= short <= high else middle
+def _usual_start(key: str, low: float, high: float, scenario: "Scenario") -> float:
+    """Return the value of the scenario if it is within the bounds, else a short one between."""
+    value = value_of(scenario, key)
+    if value is not None and low <= value <= high:
+        return value
+    return min(max(float(f"{0.5 * (low + high):.4g}"), low), high)
 
 
 def _check_key(key: str, low: float, high: float, scenario: "Scenario") -> None:
@@ -159,26 +155,6 @@ def value_of(scenario: "Scenario", key: str) -> float | None:
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
-def _with_valid_starts(
-    keys: tuple[FreeKey, ...], chosen: Sequence[str], scenario: "Scenario"
-) -> tuple[FreeKey, ...]:
-    """Return the keys with starts that make a valid scenario together.
-
-    Starts that were not chosen are moved if necessary: one coefficient may not exceed another.
-    """
-    fault = fault_of(scenario, {key.key: key.start for key in keys})
-    if not fault:
-        return keys
-    for point in latin_hypercube(TRIES, len(keys), np.random.default_rng(0)):
-        moved = tuple(
-            key if key.key in chosen else key._replace(start=key.value(x))
-            for key, x in zip(keys, point, strict=True)
-        )
-        if not fault_of(scenario, {key.key: key.start for key in moved}):
-            return moved
-    raise ArgumentError("free", fault)
-
-
 def check_runs(data: Measured, keys: tuple[FreeKey, ...], scenario: "Scenario") -> None:
     """Check that each row of the data makes a valid scenario with the starts of the keys."""
     if len(data.runs) > MAX_RUNS:
@@ -201,43 +177,20 @@ def fault_of(scenario: "Scenario", values: Mapping[str, Any]) -> str:
     return ""
 
 
-def latin_hypercube(count: int, dimensions: int, rng: np.random.Generator) -> "Array":
-    """Return points (count, dimensions) in the unit cube, one in each count-th of each axis."""
-    places = [rng.permutation(count) for _ in range(dimensions)]
-    return (np.array(places).T + rng.random((count, dimensions))) / count
-
-
 class Model(NamedTuple):
     """The results of a scenario for some values of its keys."""
 
     values: "Array | None"  # in the order of the data; None if a run failed
-    reason: str = ""  # of the failure
+    fault: str = ""  # why it failed
     doubt: str = ""  # the failed checks of the audit
     warnings: Sequence[str] = ()  # of each run
-    is_valid: bool = True  # the scenario
-
-    @property
-    def fault(self) -> str:
-        """Why the run failed; empty if it did not."""
-        return "" if self.values is not None else self.reason or "the run fails"
 
 
 class FitProblem:
     """A scenario, its free keys and the data.
 
-    A place (keys,) has the position of each key between its bounds, from 0 to 1.
-
-    Parameters
-    ----------
-    scenario, keys, data
-    on_runs : callable
-        Called with the number of further runs.
-
-    Attributes
-    ----------
-    models : dict
-        Those evaluated, by the bytes of their places.
-    runs : int
+    A place (keys,) has the position of each key between its bounds, from 0 to 1. `models` are those
+    evaluated, by the bytes of their places. `on_runs` is called with the number of further runs.
     """
 
     def __init__(
@@ -249,8 +202,7 @@ class FitProblem:
     ) -> None:
         self.scenario, self.keys, self.data, self.on_runs = scenario, keys, data, on_runs
         self.models: dict[bytes, Model] = {}
-        self.runs, self._seconds = 0, list[float]()
-        self.has_failed = False  # a run
+        self.runs, self._seconds = 0, 0.0
         # Units of quantities are added by the first run.
         self.units = {t.name: t.unit for t in data.targets}
         self._sampled = self._sample_times()
@@ -275,22 +227,16 @@ class FitProblem:
         """Leave out who is told of runs, for another process."""
         return self.__dict__ | {"on_runs": _nobody}
 
-    def apart(self, x: "Array", distance: float) -> "FitProblem":
-        """Return the problem for a search from a place: it knows the models near it alone.
-
-        So the search makes the same runs in whichever process, and after whichever other ones.
-        """
+    def apart(self) -> "FitProblem":
+        """Return a copy with models of its own, so that a search makes the same runs anywhere."""
         other = copy(self)
-        other.on_runs, other.runs, other.models, other._seconds = self.on_runs, 0, {}, []
-        for key, model in self.models.items():
-            if np.max(np.abs(np.frombuffer(key) - x)) <= distance:
-                other.models[key] = model
+        other.on_runs, other.runs, other.models = self.on_runs, 0, dict(self.models)
         return other
 
     @property
     def seconds_each(self) -> float:
-        """The usual wall time of a model, s: the first of a belt may compile."""
-        return float(np.median(self._seconds)) if self._seconds else 0.0
+        """The mean wall time of a model, s."""
+        return self._seconds / max(len(self.models), 1)
 
     def values(self, x: "Array") -> dict[str, float]:
         """Return the values of the keys at a place."""
@@ -301,42 +247,54 @@ class FitProblem:
         key = np.asarray(x, dtype=np.float64).tobytes()
         if key not in self.models:
             began = perf_counter()
-            model = self._evaluate(self.values(x))
-            self._seconds.append(perf_counter() - began)
-            self.has_failed |= model.values is None
-            self.models[key] = model
+            self.models[key] = self._evaluate(self.values(x))
+            self._seconds += perf_counter() - began
         return self.models[key]
 
-    def is_valid(self, x: "Array") -> bool:
-        """Return whether a place gives valid scenarios."""
-        values = self.values(x)
-        return not any(fault_of(self._base, {**values, **row}) for row in self.data.runs)
-
     def works(self, x: "Array") -> bool:
-        """Return whether the run at a place succeeds."""
+        """Return whether the runs at a place succeed."""
         return self.model(x).values is not None
+
+    def last_good(self, good: "Array", bad: "Array") -> "Array":
+        """Return the last place at which the runs succeed, on the way to one at which they fail."""
+
+        def is_valid(x: "Array") -> bool:  # which takes no run
+            values = self.values(x)
+            try:
+                for row in self.data.runs:
+                    self._combinations.scenario(tuple({**values, **row}.values()))
+            except InputError:
+                return False
+            return True
+
+        last, _ = bisected(self.works if is_valid(bad) else is_valid, good, bad, EDGE)
+        return last if self.works(last) else self.last_good(good, last)
 
     def residuals(self, x: "Array") -> "Array":
         """Return data minus fit at a place at which the runs succeed."""
         model = self.model(x)
         if model.values is None:
-            raise ValueError(f"a fit has no residuals where a run fails: {model.reason}")
+            raise ValueError(f"a fit has no residuals where a run fails: {model.fault}")
         return self.data.values - model.values
+
+    def cost(self, x: "Array", weights: "Array") -> float:
+        """Return half the weighted sum of squares; infinity where a run fails."""
+        return 0.5 * float(np.sum((self.residuals(x) * weights) ** 2)) if self.works(x) else inf
 
     def single(self, x: "Array") -> float | None:
         """Return the scenario's single value at a place; None if the run fails."""
         values = self.model(x).values
         return None if values is None else float(values[0])
 
-    def single_values(self) -> "list[tuple[Array, float | None]]":
-        """Return the places so far in the order of a single key, and the `single` values."""
+    def single_values(self) -> "list[tuple[Array, float]]":
+        """Return the `single` values so far and their places, in the order of a single key."""
         places = sorted(map(np.frombuffer, self.models), key=lambda x: float(x[0]))
-        return [(x, self.single(x)) for x in places]
+        return [(x, value) for x in places if (value := self.single(x)) is not None]
 
     @property
     def reachable(self) -> tuple[float, float]:
         """The least and the largest of single values of all runs."""
-        values = [value for _, value in self.single_values() if value is not None]
+        values = [value for _, value in self.single_values()]
         return min(values), max(values)
 
     def is_exact(self, x: "Array") -> bool:
@@ -352,14 +310,20 @@ class FitProblem:
         return bool((np.abs(self.residuals(x)) <= accuracy).all())
 
     def _evaluate(self, values: dict[str, float]) -> Model:
-        columns, doubt = [np.empty(target.values.size) for target in self.data.targets], ""
-        warnings: list[str] = []
+        columns = [np.empty(target.values.size) for target in self.data.targets]
+        doubt, warnings = "", list[str]()
         for number, row in enumerate(self.data.runs):
-            result, reason, is_valid = self._run({**values, **row})
+            self.runs += 1
             self.on_runs(1)
-            if result is None:
-                return Model(None, reason, is_valid=is_valid)
-            doubt = doubt or reason
+            of_run = {**values, **row}
+            try:
+                scenario = self._combinations.scenario(tuple(of_run.values()))
+                result = run(scenario, RunMonitor(), sample_times=self._sampled)
+            except InputError as error:  # not valid, or numbers out of range
+                return Model(None, fault_of(self._base, of_run) or str(error))
+            if result.status != "done":
+                return Model(None, result.reason or "the run fails")
+            doubt = doubt or result.reason
             # Without those about regular samples.
             texts = dict.fromkeys(result.warnings)
             warnings += [text for text in texts if not text.startswith("output.interval")]
@@ -367,27 +331,12 @@ class FitProblem:
                 here = target.runs == number
                 if not here.any():
                     continue
-                part: Any = (
-                    self._channel(target, result)
-                    if target.kind == "channel"
-                    else self._quantity(target, result)
-                )
-                if part is None or not np.isfinite(part).all():
+                of_target = self._channel if target.kind == "channel" else self._quantity
+                part = of_target(target, result)
+                if not np.isfinite(part).all():
                     return Model(None, f"the run gives no {target.name}")
                 column[here] = part
         return Model(np.concatenate(columns), doubt=doubt, warnings=warnings)
-
-    def _run(self, values: Mapping[str, float]) -> "tuple[Record | None, str, bool]":
-        self.runs += 1
-        try:
-            scenario = self._combinations.scenario(tuple(values.values()))
-        except InputError as error:
-            return None, fault_of(self._base, values) or str(error), False
-        try:
-            result = run(scenario, RunMonitor(), sample_times=self._sampled)
-        except InputError as error:  # numbers out of range
-            return None, str(error), True
-        return (result if result.status == "done" else None), result.reason, True
 
     def _channel(self, target: Target, result: "Record") -> "Array":
         name, _, member = target.name.partition(".")
@@ -398,11 +347,9 @@ class FitProblem:
             )
         channel = np.asarray(result.channels[name])
         if member:
-            members = result.members[result.axes[name]]
+            members = list(result.members[result.axes[name]])
             if member not in members:
-                raise ArgumentError(
-                    "channels", f"{name}: {unknown('member', member, list(members))}"
-                )
+                raise ArgumentError("channels", f"{name}: {unknown('member', member, members)}")
             channel = channel[:, members.index(member)]
         places = np.searchsorted(result.time, target.times)
         samples = channel[np.minimum(places, len(channel) - 1)].astype(np.float64)
@@ -413,25 +360,33 @@ class FitProblem:
                 samples[near] = value
         return samples
 
-    def _quantity(self, target: Target, result: "Record") -> "float | None":
+    def _quantity(self, target: Target, result: "Record") -> "Array":
+        """Return a quantity in the unit of its data; NaN if it is not defined."""
         if target.name not in result.quantities:
             raise ArgumentError(
                 "quantities", unknown("quantity", target.name, list(result.quantities))
             )
-        quantity = result.quantities[target.name]
-        return None if quantity.value is None else quantity.value / self._size(target, quantity)
-
-    def _size(self, target: Target, quantity: "Quantity") -> float:
-        """Return the unit of the data of a quantity, in its own."""
-        unit = target.unit or quantity.unit
-        if not target.unit_is_certain and not fits(unit, quantity.unit):
-            unit = quantity.unit
+        value, own = result.quantities[target.name]
+        unit = target.unit or own
+        if not target.unit_is_certain and not fits(unit, own):
+            unit = own
         self.units[target.name] = unit
         try:
-            return factor(unit, quantity.unit)
+            size = factor(unit, own)
         except InputError as error:
             raise ArgumentError("units", f"{target.name}: {error}") from None
+        return np.array(nan if value is None else value / size)
 
 
 def _nobody(runs: int) -> None:
     """Tell nobody of runs."""
+
+
+def bisected(
+    is_good: "Callable[[Array], bool]", good: "Array", bad: "Array", resolution: float
+) -> "tuple[Array, Array]":
+    """Return the places on both sides of the edge between a good and a bad one."""
+    while np.max(np.abs(bad - good)) > resolution:
+        middle = 0.5 * (good + bad)
+        good, bad = (middle, bad) if is_good(middle) else (good, middle)
+    return good, bad

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from frictionsim.fits.data import Target
-from frictionsim.fits.problem import FreeKey
+from frictionsim.fits.problem import FitProblem, FreeKey
+from frictionsim.fits.search import difference_step, edges
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -27,6 +28,8 @@ NO_BETTER = "the data determine it no better than its bounds do"
 JUMP = "the run jumps or kinks at the estimate; a bootstrap needs no derivatives"
 ROUNDING = 1e-7  # of the spread of the data
 JUMPS = 0.5  # relative change of derivatives with their step
+SIDES = {-1: ("lower", "below"), 1: ("upper", "above")}
+SINGLE = "single quantities"
 EXACT = 1e-9  # of the spread: least standard deviation
 
 
@@ -38,7 +41,10 @@ class Noise:
         # Of each value (n,).
         self.spread = np.concatenate([t.scale for t in targets])
         self.sigma = np.concatenate([t.scale if t.sigma is None else t.sigma for t in targets])
-        names = [t.group if t.sigma is None else "" for t in targets for _ in t.values]
+        # Single quantities without sigma, whose errors are relative, have one noise level.
+        groups = [t.name if t.column is not None else SINGLE for t in targets]
+        of_targets = zip(targets, groups, strict=True)
+        names = [group if t.sigma is None else "" for t, group in of_targets for _ in t.values]
         groups = [name for name in dict.fromkeys(names) if name]
         self.groups = [np.array([n == name for n in names]) for name in groups]
         self.all_given = not self.groups
@@ -88,45 +94,31 @@ class Identification(NamedTuple):
         return self._replace(reasons=reasons, covariance=covariance)
 
 
-def identify(
-    keys: tuple[FreeKey, ...],
-    x: "Array",
-    jacobian: "Array",
-    spread: "Array",
-    step: float,
-    tolerance: float,
-    edges: Mapping[str, str],
-) -> Identification:
-    """Return the identified keys.
+def identify(problem: FitProblem, x: "Array", jacobian: "Array", spread: "Array") -> Identification:
+    """Return the keys identified at a place.
 
-    Parameters
-    ----------
-    keys : tuple of FreeKey
-    x : (keys,)
-        The places of the estimates.
-    jacobian : (n, keys)
-        Derivatives of the residuals over their standard deviations.
-    spread : (n,)
-        Spread of the data over these standard deviations.
-    step : float
-        That of the differences, as a part of the bounds.
-    tolerance : float
-        Relative error of the runs.
-    edges : mapping
-        At which edge of valid values an estimate is, by key.
+    The derivatives (n, keys) of the residuals, and the spread (n,) of the data, are over the
+    standard deviations.
     """
+    keys, step = problem.keys, difference_step(problem)
+    tolerance = 0.0 if problem.scenario.pair.fixed_step else problem.scenario.solver.rtol
     error = 10.0 * tolerance / step  # of derivatives, relative to the spread
+    at_edges = {
+        number: f"its estimate is at the edge of valid values,"
+        f" {keys[number].value(float(x[number])):.6g}; {SIDES[side][1]} it, {fault}"
+        for number, side, fault in edges(problem, x)
+    }
     reasons: dict[str, str] = {}
     for j, key in enumerate(keys):
         if np.isnan(jacobian[:, j]).any():
-            reasons[key.key] = edges.get(key.key, NO_DERIVATIVE)
+            reasons[key.key] = at_edges.get(j, NO_DERIVATIVE)
         elif np.max(np.abs(jacobian[:, j]) / spread) <= max(ROUNDING, error):
             reasons[key.key] = NO_CHANGE
         elif x[j] < AT_BOUND or x[j] > 1.0 - AT_BOUND:
             side, bound = ("lower", key.low) if x[j] < 0.5 else ("upper", key.high)
             reasons[key.key] = f"its estimate is at the {side} bound {bound:g}; widen the bounds"
-        elif key.key in edges:
-            reasons[key.key] = edges[key.key]
+        elif j in at_edges:
+            reasons[key.key] = at_edges[j]
     active = [j for j, key in enumerate(keys) if key.key not in reasons]
     covariance = np.full((len(keys), len(keys)), np.nan)
     if not active:

@@ -89,46 +89,39 @@ def design_of(
     """
     if not vary:
         raise ArgumentError("vary", "expected at least one key with its values, got none")
-    keys = tuple(vary)
+    keys, levels = tuple(vary), list[Levels]()
     if sampling is not None:
         if together:
             raise InputError("zip and sample exclude each other: leave out one of them")
-        check_sampling(vary, sampling)
-        return Design(SAMPLE, keys, tuple(_sample(list(vary.values()), sampling)))
-    lengths: dict[str, int] = {}
+        return Design(SAMPLE, keys, tuple(_sample(_distributions(vary, sampling), sampling)))
     for key, values in vary.items():
         if isinstance(values, Distribution):
             raise InputError(
                 f"vary {key}: {values.text} is a distribution; give the number of runs of a"
                 " sample, --sample N or 'sample'"
             )
-        lengths[key] = values.size
-    count = prod(lengths.values())
+        levels.append(values)
+    sizes = [of_key.size for of_key in levels]
     if together:
-        if len(set(lengths.values())) > 1:
-            counts = ", ".join(f"{key} has {n}" for key, n in lengths.items())
+        if len(set(sizes)) > 1:
+            counts = ", ".join(f"{key} has {n}" for key, n in zip(keys, sizes, strict=True))
             raise InputError(f"zip: expected as many values of each key: {counts}")
-        _check_total("zip", len(vary), next(iter(lengths.values())), fewer="values")
-        return Design(TOGETHER, keys, _values_of_levels(vary))
-    if count > MAX_RUNS:
-        product = " x ".join(map(str, lengths.values()))
+        _check_total("zip", len(vary), sizes[0], fewer="values")
+        return Design(TOGETHER, keys, tuple(of_key.values for of_key in levels))
+    if prod(sizes) > MAX_RUNS:
         raise InputError(
-            f"{product} = {count:.3g} combinations are more than the limit of {MAX_RUNS}; give"
-            " fewer values, or draw a sample of distributions"
+            f"{' x '.join(map(str, sizes))} = {prod(sizes):.3g} combinations are more than the"
+            f" limit of {MAX_RUNS}; give fewer values, or draw a sample of distributions"
         )
-    levels = _values_of_levels(vary)
-    for key, key_levels in zip(keys, levels, strict=True):
+    design = Design(GRID, keys, tuple(of_key.values for of_key in levels))
+    for key, key_levels in zip(keys, design.levels, strict=True):
         twice = _first_repeated(key_levels)
         if twice is not None:
             raise InputError(
                 f"vary {key}: {toml_value(twice)} is given twice, and a grid has a run for each"
                 " value; give it once"
             )
-    return Design(GRID, keys, levels)
-
-
-def _values_of_levels(vary: Mapping[str, VariedValues]) -> tuple[tuple[Any, ...], ...]:
-    return tuple(values.values for values in vary.values() if isinstance(values, Levels))
+    return design
 
 
 def _first_repeated(values: Sequence[Any]) -> Any:
@@ -145,14 +138,16 @@ def _first_repeated(values: Sequence[Any]) -> Any:
     return None
 
 
-def check_sampling(vary: Mapping[str, VariedValues], sampling: Sampling) -> None:
-    """Check the settings of a sample, before it is drawn."""
+def _distributions(vary: Mapping[str, VariedValues], sampling: Sampling) -> list[Distribution]:
+    """Return the distributions of a sample whose settings are usable."""
+    found = list[Distribution]()
     for key, values in vary.items():
         if isinstance(values, Levels):
             raise InputError(
                 f"vary {key}: a sample needs a distribution, e.g. uniform(0.1, 0.2), got"
                 f" {values.text}; a key of one value is an override"
             )
+        found.append(values)
     if sampling.method not in METHODS:
         raise InputError(unknown("method", sampling.method, list(METHODS)))
     _check_total("sample", len(vary), sampling.total(len(vary)), fewer="runs")
@@ -161,6 +156,7 @@ def check_sampling(vary: Mapping[str, VariedValues], sampling: Sampling) -> None
         raise InputError(
             f"sample: Sobol indices need a power of 2, e.g. {below}, got {sampling.runs}"
         )
+    return found
 
 
 def _check_total(what: str, keys: int, runs: int, fewer: str) -> None:
@@ -172,7 +168,7 @@ def _check_total(what: str, keys: int, runs: int, fewer: str) -> None:
         )
 
 
-def _sample(distributions: "list[Any]", sampling: Sampling) -> "list[Array]":
+def _sample(distributions: list[Distribution], sampling: Sampling) -> "list[Array]":
     """Return the values of each key in each run."""
     import numpy as np
 
@@ -187,15 +183,14 @@ def _sample(distributions: "list[Any]", sampling: Sampling) -> "list[Array]":
 
 def _points(width: int, sampling: Sampling) -> "Array":
     """Return points in the unit cube, (count, width)."""
-    import numpy as np
-
-    if sampling.method == "random":
-        return np.random.default_rng(sampling.seed).random((sampling.runs, width))
     import warnings
 
+    import numpy as np
     from scipy.stats import qmc
 
     generator = np.random.default_rng(sampling.seed)
+    if sampling.method == "random":
+        return generator.random((sampling.runs, width))
     if sampling.method == "lhs":
         return qmc.LatinHypercube(width, seed=generator).random(sampling.runs)
     with warnings.catch_warnings():

@@ -147,14 +147,14 @@ def _number(key: str, part: str, text: str) -> float:
 
 def _range(key: str, name: str, parts: list[str], numbers: list[float], text: str) -> Levels:
     first, last, count = numbers
-    if count < 1.0 or count % 1.0:
-        raise InputError(f"vary {key}: {text}: expected a whole number of values above 0")
-    if count > MAX_RUNS:
-        raise InputError(f"vary {key}: {text}: more values than the limit of {MAX_RUNS}")
-    if count == 1.0 and first != last:
-        raise InputError(f"vary {key}: {text}: one value cannot be both the first and the last")
-    if name == "log" and min(first, last) <= 0.0:
-        raise InputError(f"vary {key}: {text}: expected a and b above 0")
+    faults = {
+        "expected a whole number of values above 0": count < 1.0 or count % 1.0,
+        f"more values than the limit of {MAX_RUNS}": count > MAX_RUNS,
+        "one value cannot be both the first and the last": count == 1.0 and first != last,
+        "expected a and b above 0": name == "log" and min(first, last) <= 0.0,
+    }
+    for fault in (fault for fault, is_there in faults.items() if is_there):
+        raise InputError(f"vary {key}: {text}: {fault}")
     return Levels(int(count), text, partial(_values_of_range, name, parts, numbers))
 
 

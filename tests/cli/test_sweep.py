@@ -86,18 +86,19 @@ def test_a_study_in_a_file_is_run(told: Run, here: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="signals of POSIX")
-@pytest.mark.parametrize("name", ["SIGINT", slow("SIGTERM")])
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", slow("SIGHUP")])
 def test_a_signal_keeps_what_is_done(name: str, told: Run, here: Path) -> None:
     process = started(command(2000, "s.h5", "-j", "2"), here)
     wait_for_runs(here / "s.partial.runs", process)
-    os.killpg(process.pid, getattr(signal, name))  # as a terminal: workers, too
+    os.killpg(process.pid, getattr(signal, name))  # as a terminal and `timeout`: workers, too
     out, err = process.communicate(timeout=30.0)
     assert process.returncode == 128 + getattr(signal, name), err
     assert out == b""
-    assert fs.open_sweep(here / "s.partial.runs").exit_code == process.returncode
-    table = fs.open_sweep(here / "s.partial.runs").table
-    done = int((table.status == 1).sum())
+    kept = fs.open_sweep(here / "s.partial.runs")
+    assert kept.exit_code == process.returncode
+    done = int((kept.table.status == 1).sum())
     assert 0 < done < 2000
+    assert kept.reason == f"interrupted by {name} after {done} of 2000 runs"
     assert err.decode() == (
         f"frictionsim: sweep interrupted: {done} of 2000 runs are saved in s.partial.runs;"
         " 'frictionsim resume s.partial.runs' continues the sweep\n"

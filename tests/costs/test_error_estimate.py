@@ -57,10 +57,12 @@ def test_errors_are_shown_beside_each_quantity(cli: Callable) -> None:
 
 
 @pytest.mark.parametrize("name", ["marble_machine", "epicyclic"])
-def test_the_estimate_works_for_other_kinds(name: str) -> None:
+def test_the_estimate_works_for_other_kinds_without_a_mesh(name: str) -> None:
     done = fs.solve(name, estimate_error=True)
     assert done.exit_code == 0
     assert done.errors.keys() == done.quantities.keys()
+    assert done.other_mesh == {}
+    assert "on_other_mesh" not in done.to_json()["quantities"]["final_angle"]
 
 
 def test_a_belt_halves_its_automatic_step() -> None:
@@ -101,12 +103,6 @@ def test_after_a_long_run_the_mesh_is_left_out(monkeypatch: pytest.MonkeyPatch) 
     assert result.other_mesh == {}
     assert "mesh is not included, 'frictionsim cost'" in result.error_estimate
     assert result.errors.keys() == result.quantities.keys()
-
-
-def test_what_has_no_mesh_has_no_other_mesh() -> None:
-    result = fs.solve(pulley(), estimate_error=True)
-    assert result.other_mesh == {}
-    assert "on_other_mesh" not in result.to_json()["quantities"]["final_angle"]
 
 
 def test_a_failed_second_run_keeps_the_first(told: Callable[..., tuple[str, str]]) -> None:

@@ -11,6 +11,7 @@ from tests.costs.made import made_row, made_table, said_of
 from tests.support.scenarios import ROOT, pulley
 
 PERCENT = (1.0, 0.1, 0.01)
+BY_WORK = "; the fewest evaluations of 2 settings whose times differ by chance"
 
 
 def recommended(path: Path, rows: list[dict[str, Any]], uncertainty: Any = None) -> list[str]:
@@ -52,12 +53,31 @@ def test_short_runs_that_were_timed_once_are_compared_by_evaluations(tmp_path: P
     rows = [made_row("fast", 1e-9, 0.1, 90, repeats=1), made_row("few", 1e-9, 0.2, 40, repeats=1)]
     sentence = said_of(made_table(tmp_path / "a.csv", rows))[0]
     assert sentence.startswith("for 1 %: few with rtol 1, 0.2 s")
-    assert sentence.endswith("; the fewest evaluations, as times of one run each differ by chance")
+    assert sentence.endswith(BY_WORK)
     # There is nothing to compare a single one with.
     assert said_of(made_table(tmp_path / "b.csv", rows[:1]))[0].endswith("error 1.0e-09")
     # A run of more than a second is never repeated; its time is known well enough.
     long = [made_row("fast", 1e-9, 1.1, 90, repeats=1), made_row("few", 1e-9, 2.0, 40, repeats=1)]
     assert recommended(tmp_path, long)[0] == "fast"
+
+
+@pytest.mark.parametrize(
+    ("spreads", "said"), [((0.2, 0.01), 1), ((0.01, 0.2), 1), ((0.05,) * 2, 0)]
+)
+def test_times_that_differ_by_less_than_their_spread_do_not_decide(
+    spreads: tuple[float, float], said: int, tmp_path: Path
+) -> None:
+    """The times are 0.1 s apart; a third setting takes ten times as long."""
+    known = [("fast", 1.0, 90), ("few", 1.1, 40), ("slow", 10.0, 1)]
+    rows = [
+        made_row(name, 1e-9, seconds, evaluations, **{"wall_spread [s]": spread})
+        for (name, seconds, evaluations), spread in zip(known, (*spreads, 0.0), strict=True)
+    ]
+    (sentence,) = {
+        text.partition(": ")[2] for text in said_of(made_table(tmp_path / "a.csv", rows))
+    }
+    expected = ("fast with rtol 1, 1 s", "few with rtol 1, 1.1 s")[said]
+    assert sentence == f"{expected}, error 1.0e-09{BY_WORK * said}"
 
 
 def test_a_study_of_single_runs_goes_by_evaluations() -> None:

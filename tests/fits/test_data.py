@@ -188,11 +188,3 @@ def test_a_comma_is_no_decimal_one_where_numbers_have_points(tmp_path: Path) -> 
         force_of(path, {"angular_velocity": "w"})
     path.write_text(rows("{t};{w}\n", "t;w\n").replace(".", ","))
     assert force_of(path, {"angular_velocity": "w"}) == pytest.approx(300.0, rel=1e-6)
-
-
-def test_values_whose_inverse_is_no_number_are_taken_for_zeros() -> None:
-    data = {"time": [0.0, 0.3], "angular_velocity": [0.0, 1e-320]}
-    fit = fs.fit(
-        pulley(), data=data, channels="angular_velocity", free={MU_S: (0.15, 0.4)}, starts=1
-    )
-    assert np.isfinite(fit.values[MU_S])

@@ -56,15 +56,6 @@ def test_several_keys_have_one_value(tmp_path: Path) -> None:
     assert fs.open_sweep(tmp_path / "s.h5").identical(sweep)
 
 
-def test_several_keys_have_one_value_along_many_runs() -> None:
-    mu = np.linspace(0.1, 0.3, 60)
-    vary = {BOTH: mu, LOAD: np.linspace(1900.0, 2300.0, mu.size)}
-    sweep = fs.sweep(PULLEY, vary, LOOSE, zip=True, workers=1)
-    keys = {MU_S: mu[7], MU_K: mu[7], LOAD: float(sweep[LOAD][7])}
-    assert_as_single(sweep.isel(run=7), fs.solve(PULLEY, {**LOOSE, **keys}))
-    assert sweep.isel(run=[0])[BOTH].values.tolist() == [0.1]
-
-
 @pytest.mark.parametrize(
     ("kind", "steps"), [("pulley", [20, 60]), ("marble_machine", [5, 200]), ("epicyclic", [5, 100])]
 )
