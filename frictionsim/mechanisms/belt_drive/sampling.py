@@ -46,7 +46,6 @@ from frictionsim.mechanisms.belt_drive.channels import CHANNELS, BeltSamples
 from frictionsim.mechanisms.belt_drive.energy import (
     Shape,
     before,
-    chain_of,
     energies,
     energy_on_line,
     kinetic_energy,
@@ -127,7 +126,6 @@ class Observer:
     ) -> None:
         self._scenario, self._belt = scenario, belt
         self._force_per_impulse = force_per_impulse
-        self._chain = chain_of(scenario, rest.body_length)
         self._pretension = float(np.mean(rest.tension))
         self._path = scenario.mechanism.path()
         self._patch = patch_bodies(scenario, rest.body_length)
@@ -256,17 +254,17 @@ class Observer:
 
     def _worked_out(self, states: States) -> dict[str, Any]:
         """Return the wanted channels and what quantities need, (m, ...), of samples."""
-        belt, chain, line = self._belt, self._chain, self._belt.line
+        belt, line = self._belt, self._belt.line
         velocities = states.kin[:, self._first_velocity :]
         if line is None:
             x, y, angle = states.kin[:, X], states.kin[:, Y], states.kin[:, PHI]
-            shape = shape_of(chain, x, y, angle)
-            potential = energies(chain, shape).sum(axis=-1)
+            shape = shape_of(belt, x, y, angle)
+            potential = energies(belt, shape).sum(axis=-1)
             along = velocities[:, 0] * shape.cos + velocities[:, 1] * shape.sin
             tension = _tension(states.joints[:, :, : belt.n], shape)
         else:
             x, y, angle = self._places_on_line(states.kin[:, POSITION])
-            potential = energy_on_line(chain, line.length, states.kin[:, POSITION])
+            potential = energy_on_line(belt, line.length, states.kin[:, POSITION])
             along, tension = velocities[:, 0], states.joints[:, 0, : belt.n]
         bodies, power = self._contacts_of_bodies(states)
         pulley = bodies["pulley_index"]
@@ -285,7 +283,7 @@ class Observer:
             "time": states.time,
             **{name: channels[name] for name in self._wanted},
             **{name: states.rest[:, behind + k] for name, k in self._energies.items()},
-            "energy_kinetic": kinetic_energy(chain, velocities, belt.pul[INERTIA], states.speed),
+            "energy_kinetic": kinetic_energy(belt, velocities, belt.pul[INERTIA], states.speed),
             "energy_potential": potential,
             "_speed": states.speed,
             "_torque": states.torque,
@@ -349,7 +347,7 @@ class Observer:
         lengths, light = on.astype(np.float64), {}
         if self._belt.line is not None:
             parts = self._parts_on_arcs(states.joints[:, 1], self._belt.line)
-            lengths = on * parts / self._chain.length
+            lengths = on * parts / self._belt.length
             radius = self._belt.pul[RADIUS, :, None]
             lightly = normal * radius < LIGHT * self._pretension * parts
             light = {"_unpressed": np.sum(lightly * parts / radius, axis=-1)}
@@ -427,7 +425,7 @@ class Observer:
         names = samples.names
         seen = {n: samples.channel(n, sound) for n in names if n.startswith(("energy", "_"))}
         time = samples.channel("time", sound) if names else np.zeros(0)
-        run = BeltSamples(self._scenario, self._chain.length, self._pretension, time, seen)
+        run = BeltSamples(self._scenario, self._belt.length, self._pretension, time, seen)
         quantities = quantities_of(run)
         return SimulationResult(
             time=time,
