@@ -1,9 +1,6 @@
 """The simulation of a belt drive: from step to step, with samples on the way."""
 
-import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
-from time import perf_counter
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +9,7 @@ from frictionsim.errors import BudgetExceeded
 from frictionsim.mechanisms.belt_drive.belt import BLOCK, Array, Belt, belt_of, initial_state
 from frictionsim.mechanisms.belt_drive.channels import channels_of
 from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
+from frictionsim.mechanisms.belt_drive.kernel_folder import seconds_of_compilation
 from frictionsim.mechanisms.belt_drive.limits import (
     deepest_contact_stiffness,
     error_scales,
@@ -21,15 +19,12 @@ from frictionsim.mechanisms.belt_drive.limits import (
 from frictionsim.mechanisms.belt_drive.sampling import Observer
 from frictionsim.results import SimulationResult
 from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, require_array, unfit
-from frictionsim.solvers.compilation import folder_of_build, without_collection
 from frictionsim.solvers.recording import SampleTimes
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Channel
     from frictionsim.simulation.monitor import RunMonitor
-
-LOG = logging.getLogger(__name__)
 
 # Some hundredths of a second without a call of `on_step`: fewer steps of more bodies.
 STEPS_BETWEEN_CALLS = 2000
@@ -65,12 +60,15 @@ class BeltDrive:
     def prepare(self, monitor: "RunMonitor") -> float:
         """Evaluate the start and compile the kernels; return how long these took, s."""
         stepper = self._stepper
-        with announce_compilation(stepper.compile_seconds, monitor) as compilation:
+
+        def work() -> None:
             if not self._started:
                 stepper.start()
             stepper.compile()
+
+        seconds = seconds_of_compilation(work, stepper.compile_seconds, monitor)
         self._started = True
-        return compilation.seconds
+        return seconds
 
     def compile(self, monitor: "RunMonitor") -> float | None:
         """Compile the kernels of the run."""
@@ -166,59 +164,6 @@ def stepper_of(scenario: "BeltDriveScenario", belt: Belt, rest: Rest, start: Arr
 
     scales, eigenvalues = error_scales(belt, rest), wave_eigenvalues(belt, rest)
     return RKF45Stepper(belt, start, settings, scales, eigenvalues)
-
-
-class Compilation:
-    """Compilation statistics of a `with` block.
-
-    Attributes
-    ----------
-    seconds : float
-        How long it took; 0 where every kernel was on the disk.
-    noticed : bool
-    """
-
-    def __init__(self) -> None:
-        self.seconds = 0.0
-        self.noticed = False
-
-
-@contextmanager
-def announce_compilation(expected: float, monitor: "RunMonitor") -> Iterator[Compilation]:
-    """Announce and time the compilations in a `with` block.
-
-    Parameters
-    ----------
-    expected : float
-        Seconds that it should take.
-    monitor : RunMonitor
-        Its `compiling` is entered when something is compiled.
-    """
-    from numba.core import event
-
-    LOG.info("folder of the compiled kernels: %s", folder_of_build())
-    compilation = Compilation()
-
-    class Listener(event.Listener):
-        """Hears of each kernel that is compiled because it is not on the disk."""
-
-        def on_start(self, event: Any) -> None:
-            """Announce the first."""
-            if not compilation.noticed:
-                stack.enter_context(monitor.compiling(expected))
-                LOG.info("compilation of kernels starts")
-            compilation.noticed = True
-
-        def on_end(self, event: Any) -> None:
-            """Do nothing: there may be more."""
-
-    with ExitStack() as stack:
-        started = perf_counter()
-        with event.install_listener("numba:compile", Listener()), without_collection():
-            yield compilation
-        if compilation.noticed:
-            compilation.seconds = perf_counter() - started
-            LOG.info("kernels compiled in %.3g s", compilation.seconds)
 
 
 def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:
