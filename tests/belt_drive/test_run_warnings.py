@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from frictionsim.errors import InputError
 from frictionsim.results import Record
 from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, shipped, trio
 from tests.support.cases import slow
 from tests.support.falsified import falsified
-from tests.support.scenarios import Scenario, scenario_run, simulate
+from tests.support.scenarios import Scenario, changed, scenario_run, simulate
 
 LONG = {"solver__duration": 0.3, "solver__backend": "moreau"}
 
@@ -180,3 +181,16 @@ def test_a_roller_that_carries_nothing_is_not_overloaded() -> None:
     done = simulate(data)
     assert full_slip(done, "roller") > 0.01
     assert not warned(done, "slips on 'roller'")
+
+
+def test_a_long_step_with_very_stiff_dampers_is_warned_of() -> None:
+    """With 0.7 of the longest stable step energies of a violent overload close to 1e-4."""
+    stiff = pair(**FIXED, effects__axial_damping__coefficient=2e4, solver__duration=1e-3)
+    with pytest.raises(InputError, match="'moreau' is stable below") as caught:
+        simulate(changed(stiff, solver__step=1e-2))
+    longest = float(str(caught.value).split("stable below ")[1].split()[0])
+    assert warned(simulate(changed(stiff, solver__step=0.8 * longest)), "are very stiff")
+    assert not warned(simulate(changed(stiff, solver__step=0.65 * longest)), "are very stiff")
+    assert not warned(simulate(stiff), "are very stiff")
+    soft = changed(stiff, effects__axial_damping__coefficient=10.0, solver__step=0.8 * longest)
+    assert not warned(simulate(soft), "are very stiff")

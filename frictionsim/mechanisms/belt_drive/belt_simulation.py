@@ -42,6 +42,7 @@ class BeltDrive:
         self._belt = belt_of(scenario, rest.body_length)
         self._start = initial_state(self._belt, rest.x, rest.y, rest.angle)
         self._stepper = stepper_of(scenario, self._belt, rest, self._start)
+        self._warnings = _warnings_of_step(scenario, self._belt, rest)
         self._observer = Observer(scenario, self._belt, rest, self._stepper.force_per_impulse)
         self._times = SampleTimes(scenario.solver.duration, scenario.interval)
         self._discontinuities = _discontinuities(scenario)
@@ -149,7 +150,8 @@ class BeltDrive:
 
     def observe(self) -> SimulationResult:
         """Return the samples so far, with the quantities and checks that follow from them."""
-        return self._observer.observe()
+        result = self._observer.observe()
+        return result._replace(warnings=(*result.warnings, *self._warnings))
 
 
 def stepper_of(scenario: "BeltDriveScenario", belt: Belt, rest: Rest, start: Array) -> Any:
@@ -164,6 +166,30 @@ def stepper_of(scenario: "BeltDriveScenario", belt: Belt, rest: Rest, start: Arr
 
     scales, eigenvalues = error_scales(belt, rest), wave_eigenvalues(belt, rest)
     return RKF45Stepper(belt, start, settings, scales, eigenvalues)
+
+
+def _warnings_of_step(scenario: "BeltDriveScenario", belt: Belt, rest: Rest) -> list[str]:
+    """Warn of a given step that is too long for dampers which pull harder than the belt."""
+    settings = scenario.solver
+    if settings.backend != "moreau" or settings.step is None or belt.line is not None:
+        return []
+    from frictionsim.mechanisms.belt_drive.moreau import (
+        VERY_STIFF,
+        VERY_STIFF_STEP_RATIO,
+        step_plan,
+    )
+
+    frequency, stiffness = max_frequency(belt, rest), deepest_contact_stiffness(belt, rest)
+    longest = step_plan(belt, settings, frequency, stiffness).max_step
+    stiff = 4.0 * (belt.damping or 0.0) * settings.step / belt.mass
+    if stiff <= VERY_STIFF or settings.step <= VERY_STIFF_STEP_RATIO * longest:
+        return []
+    return [
+        f"solver.step = {settings.step:.3g} s is {settings.step / longest:.2g} of the longest"
+        f" stable one, and the dampers along the belt are very stiff, 4 b h/m = {stiff:.3g}: in a"
+        " violent overload the energy may be off by tens of per cent; give at most"
+        f" {VERY_STIFF_STEP_RATIO * longest:.2g} s, or leave solver.step out"
+    ]
 
 
 def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:
