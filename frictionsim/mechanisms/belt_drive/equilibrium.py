@@ -113,31 +113,31 @@ def at_rest(scenario: "BeltDriveScenario") -> Rest:
 def _rest(scenario: "BeltDriveScenario", phase: float) -> Rest:
     """Return the rest position, and the length, that is found from one guess."""
     table, path_length = scenario.mechanism.belt, scenario.mechanism.path().length
-    rigidity, wanted = table.axial_rigidity, table.pretension
-    given = None if table.length is None else table.length / table.bodies
-    tension = wanted or rigidity * (path_length / (table.length or path_length) - 1.0)
+    rigidity, given = table.axial_rigidity, table.length
+    tension = table.pretension or rigidity * (path_length / (given or path_length) - 1.0)
     guess, u = _guess(scenario, tension, phase)
-    length, last = given or guess, None
+    length = given / table.bodies if given else guess
+    last: tuple[float, float] | None = None
     straight = 0.0 if phase == PHASES[-1] else STRAIGHT_RESIDUAL * tension
     for _ in range(MAX_LENGTHS):
         belt = belt_of(scenario, length)
         u = _minimum(belt, u, tension, straight)
         found = float(np.mean(tensions(belt, _shape(belt, u))))
         allowed = max(TENSION_TOLERANCE * tension, _tolerance(belt, u, tension))
-        if wanted is None or abs(found - wanted) <= allowed:
+        if given or abs(found - tension) <= allowed:
             if straight and _factors(_hessian(belt, u), LOWEST * belt.stiffness) is None:
                 raise NoEquilibrium("the equilibrium is a saddle point: the belt is unstable")
             return _result(scenario, belt, u)
         # Secants of the logarithm: where a belt sags, its tension is about a power of its sag.
-        off = log(max(found, TINY) / wanted)
-        slope = -(rigidity / max(found, wanted) + 1.0) / length
+        off = log(max(found, TINY) / tension)
+        slope = -(rigidity / max(found, tension) + 1.0) / length
         if last is not None:
             slope = min((last[1] - off) / (last[0] - length), -1.0 / length)
         last, largest = (length, off), STEP_IN_LENGTH * length
         length -= min(max(off / slope, -largest), largest)
     raise NoEquilibrium(
-        f"no rest position of the belt was found: its mean tension stays {found - wanted:.3g} N off"
-        f" {wanted:.6g} N. Raise the pretension"
+        f"no rest position of the belt was found: its mean tension stays {found - tension:.3g} N"
+        f" off {tension:.6g} N. Raise the pretension"
     )
 
 
@@ -314,7 +314,9 @@ def _result(scenario: "BeltDriveScenario", belt: Belt, u: Array) -> Rest:
             )
     return Rest(
         belt.length,
-        *u,
+        u[0],
+        u[1],
+        u[2],
         tensions(belt, shape),
         normal_forces(belt, shape),
         pulley,
@@ -338,7 +340,8 @@ def _string_at_rest(scenario: "BeltDriveScenario") -> Rest:
     curvature = np.array([1.0 / pulley.radius for pulley in scenario.mechanism.pulleys])
     return Rest(
         length or spacing / (1.0 + tension / table.axial_rigidity),
-        *points.position.T,
+        points.position[:, 0],
+        points.position[:, 1],
         points.angle,
         np.full(table.bodies, tension),
         tension * (curvature @ on_arc),
