@@ -22,7 +22,8 @@ from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, requ
 from frictionsim.solvers.recording import SampleTimes
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+    from frictionsim.mechanisms.belt_drive.moreau import StepPlan
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario, BeltSolverSettings
     from frictionsim.results import Channel
     from frictionsim.simulation.monitor import RunMonitor
 
@@ -78,9 +79,8 @@ class BeltDrive:
     def solve(self, on_step: Callable[[float], Any]) -> None:
         """Step on to the end."""
         stepper, times, end = self._stepper, self._times, self._scenario.solver.duration
-        steps_per_call = (
-            STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // max(BODIES_FOR_ALL_STEPS, self._belt.n)
-        )
+        per_call = STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS
+        per_call = max(1, per_call // max(BODIES_FOR_ALL_STEPS, self._belt.n))
         while True:
             while times.next <= stepper.t * (1.0 + TIME_TOLERANCE):
                 t = times.next
@@ -90,7 +90,7 @@ class BeltDrive:
                 self._observer.finish()
                 return
             on_step(stepper.t)
-            steps = min(self._steps_left(stepper.t), max(1, steps_per_call))
+            steps = min(self._steps_left(stepper.t), per_call)
             limit = min((t for t in self._discontinuities if t > stepper.t), default=end)
             stepper.advance(min(limit, end), times.next, steps)
             self._observer.check_belt(stepper.t, stepper.interpolate(stepper.t))
@@ -168,19 +168,23 @@ def stepper_of(scenario: "BeltDriveScenario", belt: Belt, rest: Rest, start: Arr
     return RKF45Stepper(belt, start, settings, scales, eigenvalues)
 
 
+def fixed_steps(settings: "BeltSolverSettings", belt: Belt, rest: Rest) -> "StepPlan":
+    """Return how `moreau` steps a belt."""
+    from frictionsim.mechanisms.belt_drive.moreau import step_plan
+
+    return step_plan(
+        belt, settings, max_frequency(belt, rest), deepest_contact_stiffness(belt, rest)
+    )
+
+
 def _warnings_of_step(scenario: "BeltDriveScenario", belt: Belt, rest: Rest) -> list[str]:
     """Warn of a given step that is too long for dampers which pull harder than the belt."""
     settings = scenario.solver
     if settings.backend != "moreau" or settings.step is None or belt.line is not None:
         return []
-    from frictionsim.mechanisms.belt_drive.moreau import (
-        VERY_STIFF,
-        VERY_STIFF_STEP_RATIO,
-        step_plan,
-    )
+    from frictionsim.mechanisms.belt_drive.moreau import VERY_STIFF, VERY_STIFF_STEP_RATIO
 
-    frequency, stiffness = max_frequency(belt, rest), deepest_contact_stiffness(belt, rest)
-    longest = step_plan(belt, settings, frequency, stiffness).max_step
+    longest = fixed_steps(settings, belt, rest).max_step
     stiff = 4.0 * (belt.damping or 0.0) * settings.step / belt.mass
     if stiff <= VERY_STIFF or settings.step <= VERY_STIFF_STEP_RATIO * longest:
         return []
