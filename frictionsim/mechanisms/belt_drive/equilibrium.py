@@ -241,16 +241,9 @@ def _lower(belt: Belt, u: Array, slope: Array, hessian: Any, shift: float) -> Ar
     here = energies(belt, _shape(belt, u))
     rounding = float_info.epsilon * float(np.sum(np.abs(here)))
     step = factors.solve(-slope.ravel()).reshape(u.shape)
-    # The bodies turn on a curve: what the straight step has left is of second order, and a
-    # second step with the same matrix takes it away.
-    for again in (True, False):
-        trial = _moved(belt, u, step)
-        if float(np.sum(energies(belt, _shape(belt, trial)) - here)) <= rounding:
-            return trial
-        if again:
-            left = _slope(belt, trial) + shift * step
-            step = step - factors.solve(left.ravel()).reshape(u.shape)
-    return None
+    trial = _moved(belt, u, step)
+    lower = float(np.sum(energies(belt, _shape(belt, trial)) - here)) <= rounding
+    return trial if lower else None
 
 
 def _moved(belt: Belt, u: Array, step: Array) -> Array:
