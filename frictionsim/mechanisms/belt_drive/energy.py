@@ -23,7 +23,17 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from frictionsim.mechanisms.belt_drive.belt import LINEAR, PX, PY, QUADRATIC, RADIUS, Belt
+from frictionsim.mechanisms.belt_drive.belt import (
+    LINEAR,
+    PHI,
+    PX,
+    PY,
+    QUADRATIC,
+    RADIUS,
+    Belt,
+    X,
+    Y,
+)
 
 Array = npt.NDArray[Any]  # of floats, or of complex numbers for derivatives
 
@@ -57,8 +67,9 @@ class Shape(NamedTuple):
     depth: Array
 
 
-def shape_of(belt: Belt, x: Array, y: Array, angle: Array) -> Shape:
-    """Return the shape of bodies at x and y, m, and angles, rad."""
+def shape_of(belt: Belt, places: Array) -> Shape:
+    """Return the shape of bodies at x and y, m, and angles, rad, (..., 3, n)."""
+    x, y, angle = places[..., X, :], places[..., Y, :], places[..., PHI, :]
     cos, sin = np.cos(angle), np.sin(angle)
     bend = angle - before(angle)
     bend[..., 0] += belt.turning

@@ -122,7 +122,7 @@ def _rest(scenario: "BeltDriveScenario", phase: float) -> Rest:
     for _ in range(MAX_LENGTHS):
         belt = belt_of(scenario, length)
         u = _minimum(belt, u, tension, straight)
-        found = float(np.mean(tensions(belt, _shape(belt, u))))
+        found = float(np.mean(tensions(belt, shape_of(belt, u))))
         allowed = max(TENSION_TOLERANCE * tension, _tolerance(belt, u, tension))
         if given or abs(found - tension) <= allowed:
             if straight and _factors(_hessian(belt, u), LOWEST * belt.stiffness) is None:
@@ -147,8 +147,8 @@ def _guess(scenario: "BeltDriveScenario", tension: float, phase: float) -> tuple
     The circles are those that their centres are pressed to by a tension, N. `phase` is from the
     middle of the first arc to a centre, in bodies.
     """
-    table, mechanism = scenario.mechanism.belt, scenario.mechanism
-    path, circles = mechanism.path(), mechanism.circles
+    table, circles = scenario.mechanism.belt, scenario.mechanism.circles
+    path = scenario.mechanism.path()
     spacing = path.length / table.bodies
     c1, c2, radii = belt_of(scenario, spacing).pul[[QUADRATIC, LINEAR, RADIUS]]
     for _ in range(GUESSES):
@@ -181,24 +181,19 @@ def _guess(scenario: "BeltDriveScenario", tension: float, phase: float) -> tuple
 # --- Newton's method ----------------------------------------------------------------------------
 
 
-def _shape(belt: Belt, u: Array) -> Any:
-    return shape_of(belt, u[..., 0, :], u[..., 1, :], u[..., 2, :])
-
-
 def _slope(belt: Belt, u: Array) -> Array:
     """Return the derivatives of the energy by x, y and l phi, (..., 3, n), N."""
-    slope = gradient(belt, _shape(belt, u))
+    slope = gradient(belt, shape_of(belt, u))
     slope[..., 2, :] /= belt.length
     return slope
 
 
 def _tolerance(belt: Belt, u: Array, tension: float) -> float:
     """Return the residual force that is sought, N: or what rounding of coordinates leaves."""
-    pressed = float(np.max(normal_forces(belt, _shape(belt, u))))
+    pressed = float(np.max(normal_forces(belt, shape_of(belt, u))))
     stiffness = 2.0 * belt.stiffness + contact_stiffness(belt, pressed)
-    return max(
-        TARGET_RESIDUAL * tension, ROUNDING * stiffness * float(np.spacing(np.abs(u[:2]).max()))
-    )
+    unit = float(np.spacing(np.max(np.abs(u[:2]))))
+    return max(TARGET_RESIDUAL * tension, ROUNDING * stiffness * unit)
 
 
 def _minimum(belt: Belt, u: Array, tension: float, straight: float) -> Array:
@@ -238,12 +233,12 @@ def _lower(belt: Belt, u: Array, slope: Array, hessian: Any, shift: float) -> Ar
     factors = _factors(hessian, shift)
     if factors is None:
         return None
-    here = energies(belt, _shape(belt, u))
+    here = energies(belt, shape_of(belt, u))
     rounding = float_info.epsilon * float(np.sum(np.abs(here)))
     step = factors.solve(-slope.ravel()).reshape(u.shape)
     trial = _moved(belt, u, step)
-    lower = float(np.sum(energies(belt, _shape(belt, trial)) - here)) <= rounding
-    return trial if lower else None
+    gained = float(np.sum(energies(belt, shape_of(belt, trial)) - here))
+    return trial if gained <= rounding else None
 
 
 def _moved(belt: Belt, u: Array, step: Array) -> Array:
@@ -292,7 +287,7 @@ def _factors(hessian: Any, shift: float, indefinite: bool = False) -> Any:
 
 
 def _result(scenario: "BeltDriveScenario", belt: Belt, u: Array) -> Rest:
-    shape, slope, mechanism = _shape(belt, u), _slope(belt, u), scenario.mechanism
+    shape, slope, mechanism = shape_of(belt, u), _slope(belt, u), scenario.mechanism
     pulley = np.where(shape.depth > 0.0, shape.pulley, -1)
     sense = shape.sin * shape.normal_x - shape.cos * shape.normal_y
     path = mechanism.path()

@@ -217,8 +217,9 @@ class Observer:
         states = States(*map(np.array, zip(*taken, strict=True)))
         velocities = states.kin[:, self._first_velocity :]
         if line is None:
-            x, y, angle = states.kin[:, row.X], states.kin[:, row.Y], states.kin[:, row.PHI]
-            shape = shape_of(belt, x, y, angle)
+            places = states.kin[:, [row.X, row.Y, row.PHI]]
+            x, y, angle = np.moveaxis(places, 1, 0)
+            shape = shape_of(belt, places)
             potential = energies(belt, shape).sum(axis=-1)
             along = velocities[:, 0] * shape.cos + velocities[:, 1] * shape.sin
             tension = _tension(states.joints[:, :, : belt.n], shape)
