@@ -72,9 +72,7 @@ class BeltDrive:
         self._started = True
         return seconds
 
-    def compile(self, monitor: "RunMonitor") -> float | None:
-        """Compile the kernels of the run."""
-        return self.prepare(monitor)
+    compile = prepare
 
     def solve(self, on_step: Callable[[float], Any]) -> None:
         """Step on to the end."""
