@@ -18,7 +18,9 @@ import pytest
 from frictionsim.api.result import Result
 from frictionsim.cli.monitor import CommandMonitor
 from frictionsim.errors import Interrupted
-from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive, announce_compilation
+from frictionsim.mechanisms.belt_drive import numba_kinds
+from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
+from frictionsim.mechanisms.belt_drive.kernel_folder import seconds_of_compilation
 from frictionsim.simulation.monitor import RunMonitor
 from tests.support.belt_kernels import assemble, moreau, rkf45, stepper_of
 from tests.support.belt_scenarios import COMPILED, NO_MOTION_ACROSS, STEPS, pair, scenario_of
@@ -45,24 +47,26 @@ class Listening(RunMonitor):
         self.inside = False
 
 
-def test_a_compilation_is_warned_of_once_and_timed() -> None:
-    first, second = numba.njit(lambda x: x + 1), numba.njit(lambda x: 2 * x)
-    on_step = Listening()
-    with announce_compilation(3.0, on_step) as compilation:
-        assert not on_step.told
+def plus_one(x: int) -> int:
+    return x + 1
+
+
+def doubled(x: int) -> int:
+    return 2 * x
+
+
+def test_a_compilation_is_told_once_and_timed_and_none_of_what_is_there() -> None:
+    first, second, told = numba_kinds.kernel(plus_one), numba_kinds.kernel(doubled), Listening()
+
+    def work() -> None:
         assert first(second(1)) == 3
-        assert on_step.inside
-    assert on_step.told == [3.0]
-    assert not on_step.inside
-    assert compilation.seconds > 0.0
+        assert told.inside
 
-
-def test_kernels_that_are_there_are_no_compilation() -> None:
-    function, on_step = numba.njit(lambda x: x + 1), Listening()
-    function(1)
-    with announce_compilation(3.0, on_step) as compilation:
-        function(1)
-    assert (on_step.told, compilation.seconds) == ([], 0.0)
+    assert seconds_of_compilation(work, 3.0, told) > 0.0
+    assert told.told == [3.0]
+    assert not told.inside
+    assert seconds_of_compilation(lambda: first(1), 3.0, told) == 0.0
+    assert told.told == [3.0]
 
 
 @pytest.mark.parametrize("quiet", [False, True])

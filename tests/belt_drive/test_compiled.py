@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.solvers.compilation import build_name
+from frictionsim.mechanisms.belt_drive.kernel_folder import build_name
 from tests.support.belt_kernels import assemble, stepper_of
 from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of
 from tests.support.scenarios import Scenario, run_anew

@@ -17,7 +17,7 @@ from tests.support.scenarios import ROOT, SCENARIOS
 
 # A large function more is 0.15 s more on one core; seven make a second. Loops over vectors are
 # functions of a few lines, of which many take less time than a few with versions for overlaps.
-MAX_FUNCTIONS = {"moreau": 60, "rkf45": 42}
+MAX_FUNCTIONS = {"moreau": 34, "rkf45": 39}
 
 COUNT = """
 import json, sys

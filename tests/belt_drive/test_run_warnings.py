@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from frictionsim.errors import InputError
 from frictionsim.results import Record
 from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, shipped, trio
 from tests.support.cases import slow
 from tests.support.falsified import falsified
-from tests.support.scenarios import Scenario, scenario_run, simulate
+from tests.support.scenarios import Scenario, changed, scenario_run, simulate
 
 LONG = {"solver__duration": 0.3, "solver__backend": "moreau"}
 
@@ -78,14 +79,19 @@ def warned(done: Record, words: str) -> bool:
 PATCH = {"mu_s": 0.1, "mu_k": 0.1}
 
 
-@pytest.mark.parametrize(("where", "unused"), [((0.0, 0.1), True), ((0.2, 0.45), False)])
+# The last one lies between the middles of two bodies, 42 mm long.
+@pytest.mark.parametrize(
+    ("where", "unused"), [((0.0, 0.1), True), ((0.2, 0.45), False), ((0.023, 0.06), True)]
+)
 def test_a_patch_that_reaches_no_pulley_is_warned_of(
     where: tuple[float, float], unused: bool
 ) -> None:
     """The belt is at rest; its first span is 0.25 m long."""
     patch = {"from": where[0], "to": where[1], **PATCH}
     data = pair(effects__patch=patch, solver__backend="moreau", drive__driver__torque=0.0)
-    assert warned(simulate(data), "the patch changes nothing") is unused
+    done = simulate(data)
+    assert warned(done, "the patch changes nothing") is unused
+    assert warned(done, "make it longer than a body, 0.041") is unused
 
 
 @pytest.mark.parametrize(
@@ -165,18 +171,14 @@ def test_a_belt_at_rest_has_no_efficiency_and_no_slip() -> None:
     assert simulate(pair(**LONG)).quantities["efficiency"].value is not None
 
 
-def test_a_patch_that_holds_no_body_is_warned_of() -> None:
-    """Bodies are 42 mm long; between two of their middles there is room for a patch."""
-    patch = {"from": 0.023, "to": 0.06, **PATCH}
-    done = simulate(pair(effects__patch=patch, solver__backend="moreau"))
-    assert warned(done, "make it longer than a body, 0.041")
-
-
-def test_a_roller_that_carries_nothing_is_not_overloaded() -> None:
-    """A free roller with next to no friction slides as a whole while the belt runs over it."""
-    slippery = {"roller": {"mu_s": 0.01, "mu_k": 0.01}}
-    data = trio(solver__backend="moreau", drive__roller=None)
-    data["effects"]["belt_friction"]["pulleys"] = slippery
-    done = simulate(data)
-    assert full_slip(done, "roller") > 0.01
-    assert not warned(done, "slips on 'roller'")
+def test_a_long_step_with_very_stiff_dampers_is_warned_of() -> None:
+    """With 0.7 of the longest stable step energies of a violent overload close to 1e-4."""
+    stiff = pair(**FIXED, effects__axial_damping__coefficient=2e4, solver__duration=1e-3)
+    with pytest.raises(InputError, match="'moreau' is stable below") as caught:
+        simulate(changed(stiff, solver__step=1e-2))
+    longest = float(str(caught.value).split("stable below ")[1].split()[0])
+    assert warned(simulate(changed(stiff, solver__step=0.8 * longest)), "are very stiff")
+    assert not warned(simulate(changed(stiff, solver__step=0.65 * longest)), "are very stiff")
+    assert not warned(simulate(stiff), "are very stiff")
+    soft = changed(stiff, effects__axial_damping__coefficient=10.0, solver__step=0.8 * longest)
+    assert not warned(simulate(soft), "are very stiff")

@@ -108,9 +108,12 @@ QUANTITIES = {
 }
 
 
-def test_quantities_have_their_units() -> None:
-    quantities = simulate(pair(solver__duration=5e-3)).quantities
-    assert {name: quantities[name].unit for name in QUANTITIES} == QUANTITIES
+def test_quantities_have_their_units_and_all_audits_pass() -> None:
+    done = simulate(pair(solver__duration=5e-3))
+    assert {name: done.quantities[name].unit for name in QUANTITIES} == QUANTITIES
+    audit = {"energy_balance", "friction_law", "dissipation_sign", "torque_balance"}
+    assert done.checks.keys() == audit
+    assert all(check.ok for check in done.checks.values())
 
 
 GIVEN = {"speed": 1.0}
@@ -167,22 +170,6 @@ def test_static_prints_the_rest_position(
     assert quantities["shaft_load_driven"] == pytest.approx(400.0, rel=0.02)
     assert fs.run_command_line(["static", str(path)]) == 0
     assert "residual" in capsys.readouterr().out
-
-
-def test_json_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = write(tmp_path, pair(solver__duration=5e-3))
-    assert fs.run_command_line(["solve", str(path), "--json", "-o", str(tmp_path / "belt.h5")]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert (told["kind"], told["backend"], told["status"]) == ("belt_drive", "rkf45", "done")
-    assert told["solver"]["states"] == 6 * 24 + 2 * 2 + 3
-    assert told["effects"] == ["contact", "belt_friction", "axial_damping", "bending"]
-    assert set(told["audit"]) == {
-        "energy_balance",
-        "friction_law",
-        "dissipation_sign",
-        "torque_balance",
-    }
-    assert all(entry["ok"] for entry in told["audit"].values())
 
 
 @pytest.mark.parametrize("without", [{}, NO_MOTION_ACROSS], ids=["in the plane", "guided"])

@@ -1,14 +1,11 @@
 """Dampers along a guided belt that are stiffer than its waves, in steps of a fixed length."""
 
-from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 
-import frictionsim as fs
-from frictionsim.errors import Interrupted
 from tests.support.belt_kernels import BeltModel, assemble, stepper_of
 from tests.support.belt_scenarios import (
     NO_MOTION_ACROSS,
@@ -158,21 +155,3 @@ def test_a_point_in_a_short_span_has_the_friction_of_the_pulley_that_it_is_on(po
     assert solves_for_dampers(end.stepper)
     # In sizes of the states: the step leaves 2e-7, the friction of the other pulley 0.05.
     assert distance(end, exact) < 1e-5
-
-
-def stopping_at(end: float) -> Callable[[float], None]:
-    def on_step(t: float) -> None:
-        if t >= end:
-            raise Interrupted(15, t)
-
-    return on_step
-
-
-def test_a_run_is_resumed_to_the_same_bits() -> None:
-    data = changed(stretchy(40), solver__duration=0.3, drive__driven__torque=-60.0)
-    whole = fs.solve(data)
-    part = fs.solve(data, progress=stopping_at(0.1))
-    assert part.status == "interrupted"
-    resumed = fs.resume(part)
-    for name in whole.dataset.data_vars:
-        assert np.array_equal(whole.dataset[name], resumed.dataset[name], equal_nan=True), name

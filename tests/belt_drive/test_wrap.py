@@ -43,7 +43,7 @@ def paper(bending: str, loaded: bool) -> Record:
         shipped(
             "belt_drive",
             solver__duration=1.0 if loaded else 0.6,
-            output={"interval": 4e-3, "channels": ["tension", "pulley_index", "pulley_speed"]},
+            output={"interval": 1e-3, "channels": ["tension", "pulley_index", "pulley_speed"]},
             **changes,
         )
     )

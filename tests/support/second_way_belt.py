@@ -292,8 +292,11 @@ def _span(value: float) -> Seen:
 
 def _motion(part: Recorded, drive: Drive) -> dict[str, Seen]:
     time, speeds = part.time, part.channels["pulley_speed"]
-    power = mean(time, part.channels["pulley_torque"] * speeds)
-    first, other = int(np.argmax(power)), int(np.argmin(power))
+    torque = part.channels["pulley_torque"]
+    power = mean(time, torque * speeds)
+    acts = np.any(torque != 0.0, axis=0)  # a free pulley does not drive
+    first = int(np.argmax(np.where(acts, power, -np.inf)))
+    other = min((j for j in range(len(power)) if j != first), key=lambda j: float(power[j]))
     driving, driven = (smoothly_averaged(time, speeds[:, j]) for j in (first, other))
     assert driving.value
     assert driven.value is not None

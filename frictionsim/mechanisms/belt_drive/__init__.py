@@ -13,6 +13,7 @@ of nb + np degrees of freedom. The model is in
     belt              from a scenario to numbers and rows, one flat tuple
     limits            waves, dampers and friction, which bound the steps; scales of errors
     numba_kinds       the decorators of kernels
+    kernel_folder     compiled kernels on the disk, and what tells of their compilation
     kernels           the equations of motion, compiled
     rkf45, moreau     the methods
     belt_simulation   from step to step

@@ -1,9 +1,6 @@
 """The simulation of a belt drive: from step to step, with samples on the way."""
 
-import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
-from time import perf_counter
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +9,7 @@ from frictionsim.errors import BudgetExceeded
 from frictionsim.mechanisms.belt_drive.belt import BLOCK, Array, Belt, belt_of, initial_state
 from frictionsim.mechanisms.belt_drive.channels import channels_of
 from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
+from frictionsim.mechanisms.belt_drive.kernel_folder import seconds_of_compilation
 from frictionsim.mechanisms.belt_drive.limits import (
     deepest_contact_stiffness,
     error_scales,
@@ -21,15 +19,13 @@ from frictionsim.mechanisms.belt_drive.limits import (
 from frictionsim.mechanisms.belt_drive.sampling import Observer
 from frictionsim.results import SimulationResult
 from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, require_array, unfit
-from frictionsim.solvers.compilation import folder_of_build, without_collection
 from frictionsim.solvers.recording import SampleTimes
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+    from frictionsim.mechanisms.belt_drive.moreau import StepPlan
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario, BeltSolverSettings
     from frictionsim.results import Channel
     from frictionsim.simulation.monitor import RunMonitor
-
-LOG = logging.getLogger(__name__)
 
 # Some hundredths of a second without a call of `on_step`: fewer steps of more bodies.
 STEPS_BETWEEN_CALLS = 2000
@@ -47,6 +43,7 @@ class BeltDrive:
         self._belt = belt_of(scenario, rest.body_length)
         self._start = initial_state(self._belt, rest.x, rest.y, rest.angle)
         self._stepper = stepper_of(scenario, self._belt, rest, self._start)
+        self._warnings = _warnings_of_step(scenario, self._belt, rest)
         self._observer = Observer(scenario, self._belt, rest, self._stepper.force_per_impulse)
         self._times = SampleTimes(scenario.solver.duration, scenario.interval)
         self._discontinuities = _discontinuities(scenario)
@@ -65,23 +62,23 @@ class BeltDrive:
     def prepare(self, monitor: "RunMonitor") -> float:
         """Evaluate the start and compile the kernels; return how long these took, s."""
         stepper = self._stepper
-        with announce_compilation(stepper.compile_seconds, monitor) as compilation:
+
+        def work() -> None:
             if not self._started:
                 stepper.start()
             stepper.compile()
-        self._started = True
-        return compilation.seconds
 
-    def compile(self, monitor: "RunMonitor") -> float | None:
-        """Compile the kernels of the run."""
-        return self.prepare(monitor)
+        seconds = seconds_of_compilation(work, stepper.compile_seconds, monitor)
+        self._started = True
+        return seconds
+
+    compile = prepare
 
     def solve(self, on_step: Callable[[float], Any]) -> None:
         """Step on to the end."""
         stepper, times, end = self._stepper, self._times, self._scenario.solver.duration
-        steps_per_call = (
-            STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS // max(BODIES_FOR_ALL_STEPS, self._belt.n)
-        )
+        per_call = STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS
+        per_call = max(1, per_call // max(BODIES_FOR_ALL_STEPS, self._belt.n))
         while True:
             while times.next <= stepper.t * (1.0 + TIME_TOLERANCE):
                 t = times.next
@@ -91,7 +88,7 @@ class BeltDrive:
                 self._observer.finish()
                 return
             on_step(stepper.t)
-            steps = min(self._steps_left(stepper.t), max(1, steps_per_call))
+            steps = min(self._steps_left(stepper.t), per_call)
             limit = min((t for t in self._discontinuities if t > stepper.t), default=end)
             stepper.advance(min(limit, end), times.next, steps)
             self._observer.check_belt(stepper.t, stepper.interpolate(stepper.t))
@@ -151,7 +148,8 @@ class BeltDrive:
 
     def observe(self) -> SimulationResult:
         """Return the samples so far, with the quantities and checks that follow from them."""
-        return self._observer.observe()
+        result = self._observer.observe()
+        return result._replace(warnings=(*result.warnings, *self._warnings))
 
 
 def stepper_of(scenario: "BeltDriveScenario", belt: Belt, rest: Rest, start: Array) -> Any:
@@ -168,57 +166,32 @@ def stepper_of(scenario: "BeltDriveScenario", belt: Belt, rest: Rest, start: Arr
     return RKF45Stepper(belt, start, settings, scales, eigenvalues)
 
 
-class Compilation:
-    """Compilation statistics of a `with` block.
+def fixed_steps(settings: "BeltSolverSettings", belt: Belt, rest: Rest) -> "StepPlan":
+    """Return how `moreau` steps a belt."""
+    from frictionsim.mechanisms.belt_drive.moreau import step_plan
 
-    Attributes
-    ----------
-    seconds : float
-        How long it took; 0 where every kernel was on the disk.
-    noticed : bool
-    """
-
-    def __init__(self) -> None:
-        self.seconds = 0.0
-        self.noticed = False
+    return step_plan(
+        belt, settings, max_frequency(belt, rest), deepest_contact_stiffness(belt, rest)
+    )
 
 
-@contextmanager
-def announce_compilation(expected: float, monitor: "RunMonitor") -> Iterator[Compilation]:
-    """Announce and time the compilations in a `with` block.
+def _warnings_of_step(scenario: "BeltDriveScenario", belt: Belt, rest: Rest) -> list[str]:
+    """Warn of a given step that is too long for dampers which pull harder than the belt."""
+    settings = scenario.solver
+    if settings.backend != "moreau" or settings.step is None or belt.line is not None:
+        return []
+    from frictionsim.mechanisms.belt_drive.moreau import VERY_STIFF, VERY_STIFF_STEP_RATIO
 
-    Parameters
-    ----------
-    expected : float
-        Seconds that it should take.
-    monitor : RunMonitor
-        Its `compiling` is entered when something is compiled.
-    """
-    from numba.core import event
-
-    LOG.info("folder of the compiled kernels: %s", folder_of_build())
-    compilation = Compilation()
-
-    class Listener(event.Listener):
-        """Hears of each kernel that is compiled because it is not on the disk."""
-
-        def on_start(self, event: Any) -> None:
-            """Announce the first."""
-            if not compilation.noticed:
-                stack.enter_context(monitor.compiling(expected))
-                LOG.info("compilation of kernels starts")
-            compilation.noticed = True
-
-        def on_end(self, event: Any) -> None:
-            """Do nothing: there may be more."""
-
-    with ExitStack() as stack:
-        started = perf_counter()
-        with event.install_listener("numba:compile", Listener()), without_collection():
-            yield compilation
-        if compilation.noticed:
-            compilation.seconds = perf_counter() - started
-            LOG.info("kernels compiled in %.3g s", compilation.seconds)
+    longest = fixed_steps(settings, belt, rest).max_step
+    stiff = 4.0 * (belt.damping or 0.0) * settings.step / belt.mass
+    if stiff <= VERY_STIFF or settings.step <= VERY_STIFF_STEP_RATIO * longest:
+        return []
+    return [
+        f"solver.step = {settings.step:.3g} s is {settings.step / longest:.2g} of the longest"
+        f" stable one, and the dampers along the belt are very stiff, 4 b h/m = {stiff:.3g}: in a"
+        " violent overload the energy may be off by tens of per cent; give at most"
+        f" {VERY_STIFF_STEP_RATIO * longest:.2g} s, or leave solver.step out"
+    ]
 
 
 def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:

@@ -77,6 +77,16 @@ class BeltSamples(NamedTuple):
     seen: "dict[str, Array]"
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the pulleys."""
+        return self.scenario.mechanism.names
+
+    @property
+    def spans(self) -> list[tuple[str, str]]:
+        """The names of the pulleys that each span leads from and to."""
+        return list(zip(self.names, (*self.names[1:], self.names[0]), strict=True))
+
+    @property
     def radii(self) -> "Array":
         """The radii of the pulleys, (pulleys,), m."""
         return np.array([pulley.radius for pulley in self.scenario.mechanism.pulleys])

@@ -1,66 +1,59 @@
-"""The belt at rest round its pulleys, without friction.
+"""The belt at rest round its pulleys, without friction: where its energy, of `energy.py`, is least.
 
-At rest the energy of `energy.py` is least. Newton's method finds it; the Hessian couples each body
-with its two neighbours, so that bodies three apart share one complex step of the gradient, and
-SciPy's sparse LU factorises it. A belt without friction slides round its pulleys until the corners
-of its polygon lie best; a layout that is a mirror image of itself may be a saddle on that way as
-well as a minimum, so that two of them are tried before a belt is left to slide.
-
-Where the pretension T is given, the length l of the bodies is sought as well. With m and EI/l
-held, E + n T l is least in l too, where the joints pull with the mean T along the bodies; an outer
-loop corrects m, EI/l and the T of this sum.
+Newton's method finds it. The Hessian couples each body with its two neighbours, so that bodies
+three apart share one complex step of the gradient, and SciPy's sparse LU factorises it. A belt
+without friction slides round its pulleys until the corners of its polygon lie best; a layout that
+is a mirror image of itself may be a saddle on that way as well as a minimum, so that two of them
+are tried before a belt is left to slide. Where the pretension is given, secants find the length.
 
 A belt that is guided on its line has one tension throughout.
 """
 
 from contextlib import suppress
-from functools import lru_cache
+from math import log
 from sys import float_info
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from frictionsim.errors import ScenarioError
-from frictionsim.mechanisms.belt_drive.belt import initial_positions
+from frictionsim.mechanisms.belt_drive.belt import (
+    LINEAR,
+    QUADRATIC,
+    RADIUS,
+    Belt,
+    belt_of,
+    initial_positions,
+)
 from frictionsim.mechanisms.belt_drive.energy import (
     Array,
-    Chain,
-    Indices,
-    Shape,
-    chain_of,
     contact_stiffness,
-    depth_under,
     energies,
     gradient,
-    length_gradient,
     normal_forces,
     shape_of,
     tensions,
 )
-from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, belt_path
+from frictionsim.mechanisms.belt_drive.geometry import PathError, belt_path
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
-# The largest unbalanced force over the tension: sought, well enough for the correction of the
-# tension to end, accepted, and near enough to a rest position to tell a saddle from a minimum.
-TARGET_RESIDUAL, RESIDUAL, ACCEPTABLE_RESIDUAL, SADDLE_RESIDUAL = 1e-10, 1e-9, 1e-7, 1e-5
+# The largest unbalanced force over the tension: sought, and accepted.
+TARGET_RESIDUAL, ACCEPTABLE_RESIDUAL, STRAIGHT_RESIDUAL = 1e-12, 1e-7, 1e-5
 # What rounded coordinates leave of the force on a body, in its stiffness times a unit in the last
 # place: half a unit of its own and of its neighbours, and a little for the arithmetic.
 ROUNDING = 1.25
-TENSION_TOLERANCE = 1e-9  # of the mean, relative
-# A saddle is told from rounding by a negative stiffness of this part of c.
-NEGATIVE_CURVATURE = 1e-11
-MAX_SHIFT = 1e3  # of the Hessian, over c: larger ones make the step negligible
+TENSION_TOLERANCE = 1e-10  # of the mean, relative
+# Of c: a saddle is told from rounding by a negative stiffness of the first part; shifts of the
+# Hessian by more than the second make a step negligible.
+LOWEST, MAX_SHIFT = 1e-11, 1e3
 # The largest step: of the smallest radius, in rad, and of the length of a body.
 STEP_IN_RADII, STEP_IN_ANGLE, STEP_IN_LENGTH = 0.2, 0.3, 0.2
-MAX_NEWTON_STEPS, MAX_TENSIONS = 300, 40
-# No valid belt changes its body length, from that of the path, by more than this factor.
-MAX_LENGTH_RATIO = 5.0
-# Bodies from the middle of the first arc to a centre: mirror images of themselves, and not.
-SYMMETRIC_PHASES, ASYMMETRIC_PHASE = (0.0, 0.5), 0.25
-MIN_STRAIN_GUESS = 1e-4  # of a belt of given length
-TINY = 1e-30  # complex step over a length: nothing of it reaches the real part
+GUESSES, MAX_NEWTON_STEPS, MAX_LENGTHS = 5, 300, 40
+# Bodies from the middle of the first arc to a centre: two mirror images of themselves, and not.
+PHASES = (0.0, 0.5, 0.25)
+TINY = 1e-30  # a tension, N; a complex step over a length: nothing of it reaches the real part
 
 
 class Rest(NamedTuple):
@@ -90,23 +83,8 @@ class Rest(NamedTuple):
     angle: Array
     tension: Array
     normal_force: Array
-    pulley: Indices
+    pulley: Any
     residual: float
-
-
-class Held(NamedTuple):
-    """What stays fixed while the energy is minimised.
-
-    Attributes
-    ----------
-    chain : Chain
-        Mass and bending of the joints are those of its length, also where the length is sought.
-    pull : float or None, N
-        The force on the length of the bodies; None: they keep it.
-    """
-
-    chain: Chain
-    pull: float | None
 
 
 class NoEquilibrium(ValueError):
@@ -119,358 +97,181 @@ def at_rest(scenario: "BeltDriveScenario") -> Rest:
     Raises
     ------
     ScenarioError
-        A slack belt, a pulley that no body touches, no minimum of the energy found.
+        A pulley that no body touches, no minimum of the energy found.
     """
     if scenario.guided:
         return _string_at_rest(scenario)
-    search = Search(scenario)
     try:
-        search.check_length()
-        for phase in SYMMETRIC_PHASES:
+        for phase in PHASES[:-1]:
             with suppress(NoEquilibrium):
-                return search.rest(phase, leave_saddles=False)
-        return search.rest(ASYMMETRIC_PHASE, leave_saddles=True)
+                return _rest(scenario, phase)
+        return _rest(scenario, PHASES[-1])
     except NoEquilibrium as error:
         raise ScenarioError([f"mechanism.belt: {error}"]) from None
 
 
-class Search:
-    """The search for the rest position of a belt in the plane.
+def _rest(scenario: "BeltDriveScenario", phase: float) -> Rest:
+    """Return the rest position, and the length, that is found from one guess."""
+    table, path_length = scenario.mechanism.belt, scenario.mechanism.path().length
+    rigidity, given = table.axial_rigidity, table.length
+    tension = table.pretension or rigidity * (path_length / (given or path_length) - 1.0)
+    guess, u = _guess(scenario, tension, phase)
+    length = given / table.bodies if given else guess
+    last: tuple[float, float] | None = None
+    straight = 0.0 if phase == PHASES[-1] else STRAIGHT_RESIDUAL * tension
+    for _ in range(MAX_LENGTHS):
+        belt = belt_of(scenario, length)
+        u = _minimum(belt, u, tension, straight)
+        found = float(np.mean(tensions(belt, shape_of(belt, u))))
+        allowed = max(TENSION_TOLERANCE * tension, _tolerance(belt, u, tension))
+        if given or abs(found - tension) <= allowed:
+            if straight and _factors(_hessian(belt, u), LOWEST * belt.stiffness) is None:
+                raise NoEquilibrium("the equilibrium is a saddle point: the belt is unstable")
+            return _result(scenario, belt, u)
+        # Secants of the logarithm: where a belt sags, its tension is about a power of its sag.
+        off = log(max(found, TINY) / tension)
+        slope = -(rigidity / max(found, tension) + 1.0) / length
+        if last is not None:
+            slope = min((last[1] - off) / (last[0] - length), -1.0 / length)
+        last, largest = (length, off), STEP_IN_LENGTH * length
+        length -= min(max(off / slope, -largest), largest)
+    raise NoEquilibrium(
+        f"no rest position of the belt was found: its mean tension stays {found - tension:.3g} N"
+        f" off {tension:.6g} N. Raise the pretension"
+    )
 
-    Its unknowns, m, are x of all bodies, y, their angles times the spacing on the path and, where
-    the pretension is given, the length of the bodies.
+
+def _guess(scenario: "BeltDriveScenario", tension: float, phase: float) -> tuple[float, Array]:
+    """Return the length of bodies, m, and where they are, (3, n), tangents on smaller circles.
+
+    The circles are those that their centres are pressed to by a tension, N. `phase` is from the
+    middle of the first arc to a centre, in bodies.
     """
-
-    def __init__(self, scenario: "BeltDriveScenario") -> None:
-        self._scenario, self._table = scenario, scenario.mechanism.belt
-        self._path, self._circles = scenario.mechanism.path(), scenario.mechanism.circles
-        self._bodies, self._rigidity = self._table.bodies, self._table.axial_rigidity
-        self._spacing = self._path.length / self._bodies
-        length = self._table.length or self._path.length
-        self._guess_chain = chain_of(scenario, length / self._bodies)
-        self._radii = self._guess_chain.radii
-
-    # --- the guess ------------------------------------------------------------------------------
-
-    def check_length(self) -> None:
-        """Refuse a belt that is slack round its pulleys as a polygon of bodies."""
-        length = self._table.length
-        if length is not None and length >= (taut := self._bodies * self._laid(0.0)[1]):
-            raise NoEquilibrium(
-                f"the belt is slack: it is {length:.6g} m long unstretched, its path "
-                f"{self._path.length:.6g} m, and {taut:.6g} m as a polygon of {self._bodies} "
-                "bodies. Shorten it or move the pulleys apart"
-            )
-
-    def _laid(self, tension: float) -> tuple[Path, float, Array]:
-        """Return how bodies lie on the pulleys at a tension, N, as tangents on smaller circles.
-
-        The path round the circles that their centres are pressed to, their spacing, m, and the
-        breakpoints of the path in lengths of bodies laid, m.
-        """
-        spacing = self._spacing
-        for _ in range(10):
-            force = tension * 2.0 * np.sin(np.arctan(0.5 * spacing / self._radii))
-            depth = depth_under(self._guess_chain, force)
-            path = self._compressed(tension, depth)
-            # A body takes less of an arc than its own length.
-            half = 0.5 * spacing / (self._radii - depth)
-            lengths = np.diff(path.breakpoints)
-            lengths[1::2] *= np.roll(half / np.arctan(half), -1)
-            breakpoints = np.concatenate([[0.0], np.cumsum(lengths)])
-            spacing = float(breakpoints[-1]) / self._bodies
-        return path, spacing, breakpoints
-
-    def _compressed(self, tension: float, depth: Array) -> Path:
-        """Return the path round circles that are smaller by the depth of the contact."""
-        deepest = int(np.argmax(depth / self._radii))
-        if depth[deepest] >= self._radii[deepest]:
+    table, circles = scenario.mechanism.belt, scenario.mechanism.circles
+    path = scenario.mechanism.path()
+    spacing = path.length / table.bodies
+    c1, c2, radii = belt_of(scenario, spacing).pul[[QUADRATIC, LINEAR, RADIUS]]
+    for _ in range(GUESSES):
+        force = 2.0 * tension * np.sin(np.arctan(0.5 * spacing / radii))
+        depth = 2.0 * force / (c2 + np.sqrt(c2**2 + 4.0 * c1 * force))
+        deepest = int(np.argmax(depth / radii))
+        if depth[deepest] >= radii[deepest]:
             raise NoEquilibrium(
                 f"a tension of {tension:.6g} N presses the belt {depth[deepest]:.4g} m deep into "
-                f"pulley {self._circles[deepest].name}, more than its radius of "
-                f"{self._radii[deepest]:.6g} m: raise the stiffness of the contact"
+                f"pulley {circles[deepest].name}, more than its radius of {radii[deepest]:.6g} m: "
+                "raise the stiffness of the contact"
             )
-        smaller = [
-            circle._replace(radius=circle.radius - float(p))
-            for circle, p in zip(self._circles, depth, strict=True)
-        ]
+        smaller = zip(circles, radii - depth, strict=True)
         # A pulley that the belt barely touches may be lost so, though not in the end.
         with suppress(PathError):
-            return belt_path(smaller)
-        return self._path
-
-    def _guess(self, tension: float, phase: float) -> Array:
-        """Return the unknowns at a tension, N, with the length.
-
-        `phase` is from the middle of the first arc to a centre, in bodies.
-        """
-        path, spacing, breakpoints = self._laid(tension)
-        middle = 0.5 * (breakpoints[-2] + breakpoints[-1])
-        places = (middle + phase * spacing) % spacing + spacing * np.arange(self._bodies)
-        line = path.at(np.interp(places, breakpoints, path.breakpoints))
-        length = spacing / (1.0 + tension / self._rigidity)
-        return np.concatenate([*line.position.T, line.angle * self._spacing, [length]])
-
-    # --- energy and derivatives -----------------------------------------------------------------
-
-    def _at(self, held: Held, v: Array, pulley: Indices | None = None) -> tuple[Chain, Shape]:
-        """Return bodies and shape of the unknowns; `pulley`: the nearest of each body if known."""
-        n, chain = self._bodies, held.chain
-        if held.pull is not None:
-            length: Any = v[..., -1:]
-            chain = chain._replace(length=length, stiffness=self._rigidity / length)
-        x, y, angle = v[..., :n], v[..., n : 2 * n], v[..., 2 * n : 3 * n] / self._spacing
-        return chain, shape_of(chain, x, y, angle, pulley)
-
-    def _energies(self, held: Held, v: Array) -> Array:
-        """Return the energies to be least, with that of a force on the length of the bodies."""
-        return energies(*self._at(held, v)) + (held.pull or 0.0) * v[-1]
-
-    def _slope(self, held: Held, v: Array, pulley: Indices | None = None) -> Array:
-        """Return the derivatives of their sum by the unknowns, N."""
-        chain, shape = self._at(held, v, pulley)
-        slope = gradient(chain, shape)
-        slope[..., 2, :] /= self._spacing
-        slope = slope.reshape(*v.shape[:-1], -1)
-        if held.pull is None:
-            return slope
-        by_length = self._bodies * held.pull + length_gradient(chain, shape)
-        return np.append(slope, by_length[..., None], axis=-1)
-
-    def _hessian(self, held: Held, v: Array) -> Any:
-        """Return the second derivatives, a sparse matrix."""
-        from scipy.sparse import csc_matrix
-
-        ring, step = ring_of(self._bodies), TINY * self._spacing
-        directions = np.zeros((3 * ring.colours + (held.pull is not None), len(v)))
-        directions[ring.direction, ring.unknown] = step
-        if held.pull is not None:
-            directions[-1, -1] = step
-        nearest = self._at(held, v)[1].pulley
-        columns = self._slope(held, v + 1j * directions, nearest).imag / step
-        values = [columns[ring.direction[..., None], ring.rows[:, None]].ravel()]
-        rows = [np.broadcast_to(ring.rows[:, None], (*ring.unknown.shape, 9)).ravel()]
-        of = [np.repeat(ring.unknown.ravel(), 9)]
-        if held.pull is not None:  # the length borders the bodies
-            border, last = np.arange(len(v) - 1), np.full(len(v) - 1, len(v) - 1)
-            values += [columns[-1, :-1], columns[-1]]
-            rows += [last, np.arange(len(v))]
-            of += [border, np.full(len(v), len(v) - 1)]
-        places = ring.place[np.concatenate(rows)], ring.place[np.concatenate(of)]
-        return csc_matrix((np.concatenate(values), places), (len(v), len(v)))
-
-    def _solved(self, factors: Any, right: Array) -> Array:
-        """Solve a factorised system for a right-hand side by the unknowns."""
-        order = ring_of(self._bodies).order[: len(right)]
-        solution = np.empty_like(right)
-        solution[order] = factors.solve(right[order])
-        return solution
-
-    # --- Newton's method ------------------------------------------------------------------------
-
-    def _lower(self, held: Held, v: Array, slope: Array, of: Any, shift: float) -> Array | None:
-        """Return unknowns of less energy; None where this shift of the Hessian gives none."""
-        factors = factorised(of, shift)
-        if factors is None:
-            return None
-        here = self._energies(held, v)
-        rounding = float_info.epsilon * float(np.sum(np.abs(here)))
-        step = self._solved(factors, -slope)
-        # The bodies turn on a curve: what the straight step has left is of second order, and a
-        # second step with the same matrix takes it away.
-        for again in (True, False):
-            trial = self._moved(held, v, step)
-            if float(np.sum(self._energies(held, trial) - here)) <= rounding:
-                return trial
-            if again:
-                step = step - self._solved(factors, self._slope(held, trial) + shift * step)
-        return None
-
-    def _moved(self, held: Held, v: Array, step: Array) -> Array:
-        """Return the unknowns after a step, or after as much of it as is safe."""
-        n, far = self._bodies, np.abs(step)
-        excess = [
-            np.max(far[: 2 * n]) / (STEP_IN_RADII * np.min(self._radii)),
-            np.max(far[2 * n : 3 * n]) / (STEP_IN_ANGLE * self._spacing),
-        ]
-        if held.pull is not None:
-            excess.append(far[-1] / (STEP_IN_LENGTH * v[-1]))
-        return v + step / max(1.0, *excess)
-
-    def _residual(self, held: Held, slope: Array) -> float:
-        """Return the largest force on a body, N; that on the length is one on all bodies."""
-        forces = np.abs(slope)
-        if held.pull is not None:
-            forces[-1] /= self._bodies
-        return float(np.max(forces))
-
-    def _tolerance(self, held: Held, v: Array, tension: float) -> float:
-        """Return the residual force that is sought: or what rounding of coordinates leaves."""
-        pressed = float(np.max(normal_forces(*self._at(held, v))))
-        stiffness = 2.0 * held.chain.stiffness + contact_stiffness(held.chain, pressed)
-        unit = float(np.spacing(np.max(np.abs(v[: 2 * self._bodies]))))
-        return max(TARGET_RESIDUAL * tension, ROUNDING * stiffness * unit)
-
-    def _minimum(self, held: Held, v: Array, tension: float, leave_saddles: bool) -> Array:
-        """Minimise the energy; leave a saddle, or give up at one."""
-        lowest, shift = NEGATIVE_CURVATURE * held.chain.stiffness, 0.0
-        for _ in range(MAX_NEWTON_STEPS):
-            slope = self._slope(held, v)
-            residual = self._residual(held, slope)
-            if residual <= self._tolerance(held, v, tension):
-                break
-            of = self._hessian(held, v)
-            if not leave_saddles and residual <= SADDLE_RESIDUAL * tension:
-                self._check_minimum(held, of)
-            lower = self._lower(held, v, slope, of, shift)
-            while lower is None and shift <= MAX_SHIFT * held.chain.stiffness:
-                shift = max(4.0 * shift, lowest)
-                lower = self._lower(held, v, slope, of, shift)
-            if lower is None:
-                break
-            v, shift = lower, 0.1 * shift if shift > lowest else 0.0
-            if held.pull is not None:
-                self._check_size(v[-1])
-        residual = self._residual(held, self._slope(held, v))
-        if residual > max(ACCEPTABLE_RESIDUAL * tension, self._tolerance(held, v, tension)):
-            raise NoEquilibrium(
-                f"no rest position of the belt was found: a force of {residual:.3g} N on a body "
-                f"stays unbalanced at a tension of {tension:.6g} N. Raise the pretension or the "
-                "number of bodies"
-            )
-        return v
-
-    def _check_minimum(self, held: Held, of: Any) -> None:
-        if factorised(of, NEGATIVE_CURVATURE * held.chain.stiffness) is None:
-            raise NoEquilibrium("the equilibrium is a saddle point: the belt is unstable")
-
-    # --- the length -----------------------------------------------------------------------------
-
-    def rest(self, phase: float, leave_saddles: bool) -> Rest:
-        """Return the minimum that is found from one guess."""
-        if self._table.pretension is not None:
-            held, v = self._of_pretension(self._table.pretension, phase, leave_saddles)
-        else:
-            held, v = self._of_length(phase, leave_saddles)
-        if not leave_saddles:
-            self._check_minimum(held, self._hessian(held, v))
-        return self._result(held.chain, v[: 3 * self._bodies])
-
-    def _of_length(self, phase: float, leave_saddles: bool) -> tuple[Held, Array]:
-        """Find the rest position of a belt of given length."""
-        size = self._guess_chain.length
-        strain = self._laid(0.0)[1] / size - 1.0
-        tension = self._rigidity * max(strain, MIN_STRAIN_GUESS)
-        held, guess = Held(self._guess_chain, None), self._guess(tension, phase)[:-1]
-        return held, self._minimum(held, guess, tension, leave_saddles)
-
-    def _of_pretension(
-        self, wanted: float, phase: float, leave_saddles: bool
-    ) -> tuple[Held, Array]:
-        """Find the rest position, and the length, of a belt with this mean tension, N."""
-        v, pull = self._guess(wanted, phase), wanted * (1.0 + 0.5 * wanted / self._rigidity)
-        held = Held(chain_of(self._scenario, float(v[-1])), pull)
-        for _ in range(MAX_TENSIONS):
-            v = self._minimum(held, v, wanted, leave_saddles)
-            free = Held(chain_of(self._scenario, float(v[-1])), None)
-            tension = float(np.mean(tensions(*self._at(free, v))))
-            residual = self._residual(free, self._slope(free, v[:-1]))
-            allowed = self._tolerance(free, v, wanted)
-            near = abs(tension - wanted) <= max(TENSION_TOLERANCE * wanted, allowed)
-            if near and residual <= max(RESIDUAL * wanted, allowed):
-                return Held(free.chain, pull), v
-            pull *= wanted / tension
-            held = Held(free.chain, pull)
-        raise NoEquilibrium(
-            f"no rest position of the belt was found: its mean tension stays "
-            f"{tension - wanted:.3g} N off {wanted:.6g} N, with a force of {residual:.3g} N "
-            "unbalanced. Raise the pretension"
-        )
-
-    def _check_size(self, size: float) -> None:
-        """Refuse a belt that has contracted off its pulleys, or sags without limit."""
-        if size < self._spacing / MAX_LENGTH_RATIO:
-            shortest = float(np.min(self._radii * [abs(a.wrap_angle) for a in self._path.arcs]))
-            raise NoEquilibrium(
-                f"the belt slips off its pulleys: bodies of {self._spacing:.4g} m are too long for "
-                f"its arcs, of which the shortest has {shortest:.4g} m, or the contact is too soft."
-                " Take more bodies or raise its stiffness"
-            )
-        if size > self._spacing * MAX_LENGTH_RATIO:
-            raise NoEquilibrium(
-                "the belt sags without limit: its weight or its bending exceeds what the "
-                "pretension can carry. Raise the pretension"
-            )
-
-    # --- the result -----------------------------------------------------------------------------
-
-    def _result(self, chain: Chain, v: Array) -> Rest:
-        held, n = Held(chain, None), self._bodies
-        shape, slope = self._at(held, v)[1], self._slope(held, v)
-        pulley = np.where(shape.depth > 0.0, shape.pulley, -1)
-        sense = shape.sin * shape.normal_x - shape.cos * shape.normal_y
-        for j, arc in enumerate(self._path.arcs):
-            # A pulley may lie between two bodies, or the belt have jumped over it.
-            if not np.any((pulley == j) & (sense * arc.wrap_angle > 0.0)):
-                raise NoEquilibrium(
-                    f"no body of the belt rests on pulley {self._circles[j].name}: bodies of "
-                    f"{self._spacing:.4g} m are too long for its arc of "
-                    f"{self._radii[j] * abs(arc.wrap_angle):.4g} m, or the belt leaves it. Take "
-                    "more bodies or raise the pretension"
-                )
-        return Rest(
-            chain.length,
-            v[:n].copy(),
-            v[n : 2 * n].copy(),
-            v[2 * n :] / self._spacing,
-            tensions(chain, shape),
-            normal_forces(chain, shape),
-            pulley,
-            float(np.max(np.hypot(slope[:n], slope[n : 2 * n]))),
-        )
+            path = belt_path([circle._replace(radius=float(radius)) for circle, radius in smaller])
+        # A body takes less of an arc than its own length.
+        half = 0.5 * spacing / (radii - depth)
+        lengths = np.diff(path.breakpoints)
+        lengths[1::2] *= np.roll(half / np.arctan(half), -1)
+        breakpoints = np.concatenate([[0.0], np.cumsum(lengths)])
+        spacing = float(breakpoints[-1]) / table.bodies
+    middle = 0.5 * (breakpoints[-2] + breakpoints[-1])
+    places = (middle + phase * spacing) % spacing + spacing * np.arange(table.bodies)
+    line = path.at(np.interp(places, breakpoints, path.breakpoints))
+    length = spacing / (1.0 + tension / table.axial_rigidity)
+    return length, np.vstack([line.position.T, line.angle])
 
 
-class Ring(NamedTuple):
-    """Which unknowns of a ring of n bodies share a step, and where their forces are.
+# --- Newton's method ----------------------------------------------------------------------------
 
-    Attributes
-    ----------
-    colours : int
-        No body has one of its neighbours, or a neighbour of these, of its own colour.
-    direction, unknown : (n, 3)
-        For x, y and angle of each body the number of the step, and that of the unknown.
-    rows : (n, 9)
-        The unknowns of the body and of both neighbours.
-    order, place : (3 n + 1,)
-        The unknowns in the order of the Hessian, and the place of each in it: body by body, those
-        of a ring folded flat, 0, n - 1, 1, n - 2, ..., so that the Hessian is a narrow band; last
-        the length.
+
+def _slope(belt: Belt, u: Array) -> Array:
+    """Return the derivatives of the energy by x, y and l phi, (..., 3, n), N."""
+    slope = gradient(belt, shape_of(belt, u))
+    slope[..., 2, :] /= belt.length
+    return slope
+
+
+def _tolerance(belt: Belt, u: Array, tension: float) -> float:
+    """Return the residual force that is sought, N: or what rounding of coordinates leaves."""
+    pressed = float(np.max(normal_forces(belt, shape_of(belt, u))))
+    stiffness = 2.0 * belt.stiffness + contact_stiffness(belt, pressed)
+    unit = float(np.spacing(np.max(np.abs(u[:2]))))
+    return max(TARGET_RESIDUAL * tension, ROUNDING * stiffness * unit)
+
+
+def _minimum(belt: Belt, u: Array, tension: float, straight: float) -> Array:
+    """Minimise the energy, from x, y and phi of the bodies.
+
+    From a residual of `straight`, N, on the way leads to the nearest rest position, be it a saddle:
+    rounding alone would decide on which side a belt slides off it.
     """
+    lowest, shift = LOWEST * belt.stiffness, 0.0
+    for _ in range(MAX_NEWTON_STEPS):
+        slope = _slope(belt, u)
+        residual = float(np.max(np.abs(slope)))
+        if residual <= _tolerance(belt, u, tension):
+            return u
+        hessian = _hessian(belt, u)
+        if residual <= straight and (factors := _factors(hessian, 0.0, True)) is not None:
+            u = _moved(belt, u, factors.solve(-slope.ravel()).reshape(u.shape))
+            continue
+        lower = _lower(belt, u, slope, hessian, shift)
+        while lower is None and shift <= MAX_SHIFT * belt.stiffness:
+            shift = max(4.0 * shift, lowest)
+            lower = _lower(belt, u, slope, hessian, shift)
+        if lower is None:
+            break
+        u, shift = lower, 0.1 * shift if shift > lowest else 0.0
+    if residual > max(ACCEPTABLE_RESIDUAL * tension, _tolerance(belt, u, tension)):
+        raise NoEquilibrium(
+            f"no rest position of the belt was found: a force of {residual:.3g} N on a body "
+            f"stays unbalanced at a tension of {tension:.6g} N. Raise the pretension or the "
+            "number of bodies"
+        )
+    return u
 
-    colours: int
-    direction: Indices
-    unknown: Indices
-    rows: Indices
-    order: Indices
-    place: Indices
+
+def _lower(belt: Belt, u: Array, slope: Array, hessian: Any, shift: float) -> Array | None:
+    """Return bodies of less energy; None where this shift of the Hessian gives none."""
+    factors = _factors(hessian, shift)
+    if factors is None:
+        return None
+    here = energies(belt, shape_of(belt, u))
+    rounding = float_info.epsilon * float(np.sum(np.abs(here)))
+    step = factors.solve(-slope.ravel()).reshape(u.shape)
+    trial = _moved(belt, u, step)
+    gained = float(np.sum(energies(belt, shape_of(belt, trial)) - here))
+    return trial if gained <= rounding else None
 
 
-@lru_cache(maxsize=4)
-def ring_of(n: int) -> Ring:
-    """Return the ring of n bodies, at least 4."""
-    body, coordinate = np.arange(n)[:, None], np.arange(3)
-    colour = np.arange(n) % 3
+def _moved(belt: Belt, u: Array, step: Array) -> Array:
+    """Return the bodies after a step, m, or after as much of it as is safe."""
+    move = step / [[1.0], [1.0], [belt.length]]
+    far = np.abs(move)
+    excess = np.max(far[:2]) / (STEP_IN_RADII * np.min(belt.pul[RADIUS]))
+    moved: Array = u + move / max(1.0, excess, np.max(far[2]) / STEP_IN_ANGLE)
+    return moved
+
+
+def _hessian(belt: Belt, u: Array) -> Any:
+    """Return the second derivatives of the energy by x, y and l phi, a sparse matrix, N/m."""
+    from scipy.sparse import csc_matrix
+
+    n = u.shape[-1]
+    body, coordinate = np.arange(n), np.arange(3)
+    colour = body % 3
     colour[n - n % 3 :] = 3 + np.arange(n % 3)  # where the ring closes
-    near = (body + np.array([-1, 0, 1])) % n
-    rows = (near[:, :, None] + n * coordinate).reshape(n, 9)
-    folded = np.argsort(np.minimum(2 * np.arange(n), 2 * (n - np.arange(n)) - 1))
-    order = np.append(folded[:, None] + n * coordinate, 3 * n)
-    direction, unknown = 3 * colour[:, None] + coordinate, body + n * coordinate
-    return Ring(int(colour.max()) + 1, direction, unknown, rows, order, np.argsort(order))
+    scale, step = np.array([1.0, 1.0, 1.0 / belt.length]), TINY * belt.length
+    directions = np.zeros((colour.max() + 1, 3, 3, n))
+    directions[colour[:, None], coordinate, coordinate, body[:, None]] = step * scale
+    columns = _slope(belt, u + 1j * directions).imag / step
+    # Of each body, each of its coordinates, and each coordinate of it and of its neighbours.
+    near = (body[:, None, None, None] + [-1, 0, 1]) % n
+    of, by = coordinate[:, None, None], coordinate[:, None]
+    values = columns[colour[:, None, None, None], of, by, near]
+    rows, of = np.broadcast_arrays(n * by + near, n * of + body[:, None, None, None])
+    return csc_matrix((values.ravel(), (rows.ravel(), of.ravel())), (3 * n, 3 * n))
 
 
-def factorised(hessian: Any, shift: float) -> Any:
-    """Factorise the shifted Hessian; None where it is not positive definite."""
+def _factors(hessian: Any, shift: float, indefinite: bool = False) -> Any:
+    """Factorise the shifted Hessian; None where it is singular or, unless asked for, indefinite."""
     from scipy.sparse import identity
     from scipy.sparse.linalg import splu
 
@@ -478,36 +279,59 @@ def factorised(hessian: Any, shift: float) -> Any:
     # Pivots on the diagonal make of LU the LDL^T of a symmetric matrix, with the signs of D in U.
     options = {"SymmetricMode": True}
     try:
-        factors = splu(shifted, "NATURAL", diag_pivot_thresh=0.0, options=options)
+        factors = splu(shifted, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
     except RuntimeError:  # singular
         return None
     definite = np.all(factors.U.diagonal() > 0.0) and np.all(factors.perm_r == factors.perm_c)
-    return factors if definite else None
+    return factors if definite or indefinite else None
 
 
-# --- a belt that is guided on its line --------------------------------------------------------
+def _result(scenario: "BeltDriveScenario", belt: Belt, u: Array) -> Rest:
+    shape, slope, mechanism = shape_of(belt, u), _slope(belt, u), scenario.mechanism
+    pulley = np.where(shape.depth > 0.0, shape.pulley, -1)
+    sense = shape.sin * shape.normal_x - shape.cos * shape.normal_y
+    path = mechanism.path()
+    for j, arc in enumerate(path.arcs):
+        # A pulley may lie between two bodies, or the belt have jumped over it.
+        if not np.any((pulley == j) & (sense * arc.wrap_angle > 0.0)):
+            raise NoEquilibrium(
+                f"no body of the belt rests on pulley {mechanism.names[j]}: bodies of "
+                f"{path.length / belt.n:.4g} m are too long for its arc of "
+                f"{belt.pul[RADIUS, j] * abs(arc.wrap_angle):.4g} m, or the belt leaves it. Take "
+                "more bodies or raise the pretension"
+            )
+    return Rest(
+        belt.length,
+        u[0],
+        u[1],
+        u[2],
+        tensions(belt, shape),
+        normal_forces(belt, shape),
+        pulley,
+        float(np.max(np.hypot(slope[0], slope[1]))),
+    )
+
+
+# --- a belt that is guided on its line ----------------------------------------------------------
 
 
 def _string_at_rest(scenario: "BeltDriveScenario") -> Rest:
-    belt, path = scenario.mechanism.belt, scenario.mechanism.path()
-    spacing = path.length / belt.bodies
-    tension, length = belt.pretension, belt.length
-    if tension is None:
-        assert length is not None  # one of them is given
-        tension = belt.axial_rigidity * (path.length / length - 1.0)
-    body_length = spacing / (1.0 + tension / belt.axial_rigidity)
-    points = path.at(initial_positions(path.length, belt.bodies))
+    table, path = scenario.mechanism.belt, scenario.mechanism.path()
+    spacing = path.length / table.bodies
+    length = None if table.length is None else table.length / table.bodies
+    tension = table.pretension or table.axial_rigidity * (spacing / (length or spacing) - 1.0)
+    points = path.at(initial_positions(path.length, table.bodies))
     # Each point's part of the belt on each arc; the arc of the first pulley is the last one.
     starts, ends = np.roll(path.breakpoints[1:-1:2], 1), np.roll(path.breakpoints[2::2], 1)
-    along = np.arange(belt.bodies + 1) * spacing
+    along = np.arange(table.bodies + 1) * spacing
     on_arc = np.diff(np.clip(along, starts[:, None], ends[:, None]), axis=1)
     curvature = np.array([1.0 / pulley.radius for pulley in scenario.mechanism.pulleys])
     return Rest(
-        body_length if length is None else length / belt.bodies,
+        length or spacing / (1.0 + tension / table.axial_rigidity),
         points.position[:, 0],
         points.position[:, 1],
         points.angle,
-        np.full(belt.bodies, tension),
+        np.full(table.bodies, tension),
         tension * (curvature @ on_arc),
         np.where(on_arc.any(axis=0), np.argmax(on_arc, axis=0), -1),
         0.0,

@@ -142,17 +142,35 @@ def belt_path(pulleys: Sequence[PulleyCircle]) -> Path:
         Fewer than two pulleys; two that overlap; one that the belt does not touch, or in a point
         only; a span through another pulley; a belt that crosses itself.
     """
-    if len(pulleys) < 2:
-        raise PathError(f"a belt needs at least two pulleys, not {len(pulleys)}", 0)
+    n = len(pulleys)
+    if n < 2:
+        raise PathError(f"a belt needs at least two pulleys, not {n}", 0)
     _check_overlap(pulleys)
     loop = _sense_of_loop(pulleys)
     senses = [loop if pulley.side == "inside" else -loop for pulley in pulleys]
-    directions = [_direction(pulleys, senses, i) for i in range(len(pulleys))]
-    arcs = [_arc(pulleys, senses, directions, i) for i in range(len(pulleys))]
+    directions, spans, arcs = [], [], []
+    for i, a in enumerate(pulleys):
+        j = (i + 1) % n
+        b = pulleys[j]
+        offset = senses[j] * b.radius - senses[i] * a.radius
+        bearing = atan2(b.center[1] - a.center[1], b.center[0] - a.center[0])
+        directions.append(bearing - asin(offset / dist(a.center, b.center)))
+        ends = (_tangent_point(p, senses[k], directions[i]) for k, p in ((i, a), (j, b)))
+        spans.append(Span(*ends))
+    for i, (pulley, sense) in enumerate(zip(pulleys, senses, strict=True)):
+        wrap_angle = (sense * (directions[i] - directions[i - 1])) % tau
+        if min(wrap_angle, tau - wrap_angle) < MIN_WRAP_ANGLE:
+            raise PathError(
+                f"the belt touches pulley {pulley.name} in one point only, its arc is zero: "
+                "leave it out or move it towards the belt",
+                i,
+            )
+        if wrap_angle > MAX_WRAP_ANGLE:
+            raise _untouched(pulley.name, wrap_angle, i)
+        arcs.append(Arc(directions[i - 1] - sense * pi / 2, sense * wrap_angle))
     _check_turning(pulleys, arcs, loop)
-    spans = [_span(pulleys, senses, directions, i) for i in range(len(pulleys))]
     _check_obstacles(pulleys, spans)
-    return _path(pulleys, senses, directions, arcs, spans)
+    return _path(pulleys, senses, directions[0], arcs, spans)
 
 
 def _check_overlap(pulleys: Sequence[PulleyCircle]) -> None:
@@ -173,44 +191,9 @@ def _sense_of_loop(pulleys: Sequence[PulleyCircle]) -> int:
     return -1 if float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) < 0.0 else 1
 
 
-def _direction(pulleys: Sequence[PulleyCircle], senses: Sequence[int], i: int) -> float:
-    """Return the angle of the span that leaves pulley i."""
-    j = (i + 1) % len(pulleys)
-    a, b = pulleys[i], pulleys[j]
-    offset = senses[j] * b.radius - senses[i] * a.radius
-    bearing = atan2(b.center[1] - a.center[1], b.center[0] - a.center[0])
-    return bearing - asin(offset / dist(a.center, b.center))
-
-
 def _tangent_point(pulley: PulleyCircle, sense: int, direction: float) -> Point:
     r = sense * pulley.radius
     return pulley.center[0] + r * sin(direction), pulley.center[1] - r * cos(direction)
-
-
-def _span(
-    pulleys: Sequence[PulleyCircle], senses: Sequence[int], directions: Sequence[float], i: int
-) -> Span:
-    j = (i + 1) % len(pulleys)
-    return Span(
-        _tangent_point(pulleys[i], senses[i], directions[i]),
-        _tangent_point(pulleys[j], senses[j], directions[i]),
-    )
-
-
-def _arc(
-    pulleys: Sequence[PulleyCircle], senses: Sequence[int], directions: Sequence[float], i: int
-) -> Arc:
-    name, sense = pulleys[i].name, senses[i]
-    wrap_angle = (sense * (directions[i] - directions[i - 1])) % tau
-    if min(wrap_angle, tau - wrap_angle) < MIN_WRAP_ANGLE:
-        raise PathError(
-            f"the belt touches pulley {name} in one point only, its arc is zero: "
-            "leave it out or move it towards the belt",
-            i,
-        )
-    if wrap_angle > MAX_WRAP_ANGLE:
-        raise _untouched(name, wrap_angle, i)
-    return Arc(directions[i - 1] - sense * pi / 2, sense * wrap_angle)
 
 
 def _untouched(name: str, wrap_angle: float, i: int) -> PathError:
@@ -287,14 +270,12 @@ def _vector(start: Point, end: Point) -> Point:
 def _path(
     pulleys: Sequence[PulleyCircle],
     senses: Sequence[int],
-    directions: Sequence[float],
+    direction: float,
     arcs: Sequence[Arc],
     spans: Sequence[Span],
 ) -> Path:
-    n = len(pulleys)
-    order = [(i + 1) % n for i in range(n)]  # the pulley that follows span i
-    lengths, points, angles = [], [], []
-    angle = directions[0]
+    order = [*range(1, len(pulleys)), 0]  # the pulley that follows span i
+    lengths, points, angles, angle = [], [], [], direction
     for span, i in zip(spans, order, strict=True):
         lengths += [dist(*span), pulleys[i].radius * abs(arcs[i].wrap_angle)]
         points += [span.start, span.end]
@@ -303,7 +284,7 @@ def _path(
     breakpoints = np.concatenate([[0.0], np.cumsum(lengths)])
     return Path(
         length=float(breakpoints[-1]),
-        total_turning=tau if angle > directions[0] else -tau,
+        total_turning=tau if angle > direction else -tau,
         arcs=tuple(arcs),
         spans=tuple(spans),
         _starts=breakpoints[:-1],

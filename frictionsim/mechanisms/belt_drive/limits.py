@@ -20,14 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.mechanisms.belt_drive.belt import (
-    DAMPING,
-    LINEAR,
-    QUADRATIC,
-    RADIUS,
-    Array,
-    Belt,
-)
+from frictionsim.mechanisms.belt_drive.belt import DAMPING, RADIUS, Array, Belt
+from frictionsim.mechanisms.belt_drive.energy import contact_stiffness
 from frictionsim.mechanisms.belt_drive.equilibrium import Rest
 
 ComplexArray = NDArray[np.complex128]
@@ -118,7 +112,7 @@ def deepest_contact_stiffness(belt: Belt, rest: Rest) -> float:
     sqrt(c2^2 + 4 c1 N) of the stiffest pulley, with the upper bound of N.
     """
     force = LOAD_FACTOR * float(np.max(rest.normal_force))
-    return float(np.max(np.sqrt(belt.pul[LINEAR] ** 2 + 4.0 * belt.pul[QUADRATIC] * force)))
+    return contact_stiffness(belt, force)
 
 
 def error_scales(belt: Belt, rest: Rest) -> Array:

@@ -21,7 +21,7 @@ except ImportError as error:
         f" ({error}); install it with pip install numba"
     ) from None
 
-from frictionsim.solvers.compilation import folder_of_build, kept_in
+from frictionsim.mechanisms.belt_drive.kernel_folder import folder_of_build, kept_in
 
 LOG = logging.getLogger(__name__)
 

@@ -134,7 +134,7 @@ def _periods_to_go(run: "BeltSamples") -> "Array | None":
 
 def quantities_of(run: "BeltSamples") -> Quantities:
     """Return the summary's quantities of a run."""
-    time, seen, names = run.time, run.seen, run.scenario.mechanism.names
+    time, seen = run.time, run.seen
     if not time.size:
         return {}
     averaging = averaging_of(run)
@@ -143,41 +143,41 @@ def quantities_of(run: "BeltSamples") -> Quantities:
     def mean(name: str) -> Any:
         return time_mean(time[last], seen[name][last])
 
-    spans = mean("_span_tension")
-    quantities = {
-        "pretension": Quantity(float(seen["_mean_tension"][0]), "N"),
-        "tension_tight": Quantity(float(np.max(spans)), "N"),
-        "tension_slack": Quantity(float(np.min(spans)), "N"),
-    }
-    for name, after, span in zip(names, [*names[1:], names[0]], spans, strict=True):
-        quantities[f"tension_{name}_to_{after}"] = Quantity(float(span), "N")
+    spans, touching, sticking = mean("_span_tension"), mean("_touching"), mean("_sticking")
     # A ripple of 0.1 % of two speeds would be 1 % of their difference, the slip.
     speed = averaging.mean_speed(time, seen["_speed"])
     ends = ends_of(time, seen["_torque"], seen["_speed"], last)
-    quantities["drive_speed"] = Quantity(float(speed[ends.drive]), "rad/s")
-    quantities["driven_speed"] = Quantity(float(speed[ends.driven]), "rad/s")
     rims = speed * run.radii * senses_of(run.scenario.mechanism.path())
     slip = float(slip_percent(rims, ends, min_rim_speed(run)))
-    quantities["slip_percent"] = Quantity(slip if isfinite(slip) else None, "%")
-    quantities["efficiency"] = Quantity(_efficiency(run, last), "1")
-    touching, sticking = mean("_touching"), mean("_sticking")
+    values = {
+        "pretension": (seen["_mean_tension"][0], "N"),
+        "tension_tight": (np.max(spans), "N"),
+        "tension_slack": (np.min(spans), "N"),
+        **{f"tension_{a}_to_{b}": (T, "N") for (a, b), T in zip(run.spans, spans, strict=True)},
+        "drive_speed": (speed[ends.drive], "rad/s"),
+        "driven_speed": (speed[ends.driven], "rad/s"),
+        "slip_percent": (slip if isfinite(slip) else None, "%"),
+        "efficiency": (_efficiency(run, last), "1"),
+    }
     if friction:
-        share = float(np.sum(sticking) / np.sum(touching)) if np.sum(touching) else None
-        quantities["stick_fraction"] = Quantity(share, "1")
-    for name, radius, on, stuck in zip(names, run.radii, touching, sticking, strict=True):
+        share = np.sum(sticking) / np.sum(touching) if np.sum(touching) else None
+        values["stick_fraction"] = share, "1"
+    for name, radius, on, stuck in zip(run.names, run.radii, touching, sticking, strict=True):
         per_body = run.body_length / radius
-        quantities[f"contact_arc_{name}"] = Quantity(float(on * per_body), "rad")
+        values[f"contact_arc_{name}"] = on * per_body, "rad"
         if friction:
-            quantities[f"adhesion_arc_{name}"] = Quantity(float(stuck * per_body), "rad")
-    quantities["final_time"] = Quantity(float(time[-1]), "s")
+            values[f"adhesion_arc_{name}"] = stuck * per_body, "rad"
+    values["final_time"] = time[-1], "s"
     if averaging.periods:
-        quantities["mean_duration"] = Quantity(float(np.ptp(time[last])), "s")
-    stored = float(seen["energy_kinetic"][0]) + float(seen["energy_potential"][0])
-    quantities["initial_energy"] = Quantity(stored, "J")
+        values["mean_duration"] = np.ptp(time[last]), "s"
+    values["initial_energy"] = seen["energy_kinetic"][0] + seen["energy_potential"][0], "J"
     for name, energy in seen.items():
         if name.startswith("energy"):
-            quantities[name] = Quantity(float(energy[-1]), "J")
-    return quantities
+            values[name] = energy[-1], "J"
+    return {
+        name: Quantity(None if value is None else float(value), unit)
+        for name, (value, unit) in values.items()
+    }
 
 
 def min_rim_speed(run: "BeltSamples") -> float:

@@ -48,15 +48,10 @@ def warnings_of(run: "BeltSamples", quantities: "Quantities") -> tuple[str, ...]
     return tuple(warnings)
 
 
-def _spans(run: "BeltSamples") -> list[str]:
-    names = run.scenario.mechanism.names
-    return [f"from '{a}' to '{b}'" for a, b in zip(names, [*names[1:], names[0]], strict=True)]
-
-
 def _slack_spans(run: "BeltSamples") -> Iterator[str]:
     """Say which spans went slack, and when first."""
     slack = slack_spans(run)
-    for i, span in enumerate(_spans(run)):
+    for i, (start, end) in enumerate(run.spans):
         if slack[:, i].any():
             consequence = (
                 "without effects.contact a slack span goes into compression instead of sagging; add"
@@ -66,14 +61,15 @@ def _slack_spans(run: "BeltSamples") -> Iterator[str]:
                 " only"
             )
             yield (
-                f"the span {span} goes slack at t = {run.time[np.argmax(slack[:, i])]:.6g} s (it is"
-                f" an event where it lasts): {consequence}"
+                f"the span from '{start}' to '{end}' goes slack at"
+                f" t = {run.time[np.argmax(slack[:, i])]:.6g} s (it is an event where it lasts):"
+                f" {consequence}"
             )
 
 
 def _pushed_off(run: "BeltSamples") -> Iterator[str]:
     """Say where a guided belt would leave its pulleys, on which it is kept without a force."""
-    for j, name in enumerate(run.scenario.mechanism.names if run.scenario.guided else ()):
+    for j, name in enumerate(run.names if run.scenario.guided else ()):
         unpressed = run.seen["_unpressed"][:, j]
         if np.any(unpressed > 0.0):
             yield (
@@ -88,7 +84,7 @@ def _pushed_off(run: "BeltSamples") -> Iterator[str]:
 def _full_slip(run: "BeltSamples") -> Iterator[str]:
     """Say on which pulleys all bodies slide one way, with all the friction that there is."""
     full = full_slip(run)
-    for j, name in enumerate(run.scenario.mechanism.names):
+    for j, name in enumerate(run.names):
         share = float(np.mean(full[:, j]))
         if share > FULL_SLIP_SAMPLES:
             # A patch is there to slip: nothing is to be mended where it does.
@@ -158,8 +154,8 @@ def _unsteady_means(run: "BeltSamples") -> Iterator[str]:
         compared, middle, unlike = np.arange(len(time)) >= start, turn - start, "one to the next"
     rim, spans = seen["_speed"][compared] * run.radii, seen["_span_tension"]
     fastest = max(min_rim_speed(run), float(np.max(np.abs(np.mean(rim, axis=0)))))
-    names = [f"speed of '{name}'" for name in run.scenario.mechanism.names]
-    tensions = [f"tension {span}" for span in _spans(run)]
+    names = [f"speed of '{name}'" for name in run.names]
+    tensions = [f"tension from '{start}' to '{end}'" for start, end in run.spans]
     changing = [
         *_changes(time[compared], middle, rim, fastest, names),
         *_changes(time[compared], middle, spans[compared], float(np.mean(spans)), tensions),

@@ -9,44 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import BeltOffPulleys, Diverged
-from frictionsim.mechanisms.belt_drive.belt import (
-    BACKWARD,
-    DAMPING_HEAT,
-    ENERGIES,
-    FORWARD,
-    FRICTION,
-    FRICTION_HEAT,
-    FX,
-    FY,
-    INERTIA,
-    INPUT_ENERGY,
-    MIDDLE,
-    MODE,
-    MU_K,
-    MU_S,
-    NORMAL,
-    PHI,
-    POSITION,
-    PX,
-    PY,
-    RADIUS,
-    SLIP,
-    SPEED,
-    STICKING,
-    TENSION,
-    TORQUE,
-    Array,
-    Belt,
-    Line,
-    X,
-    Y,
-    patch_bodies,
-)
+from frictionsim.mechanisms.belt_drive import belt as row
+from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Line, patch_bodies
 from frictionsim.mechanisms.belt_drive.channels import CHANNELS, BeltSamples
 from frictionsim.mechanisms.belt_drive.energy import (
     Shape,
     before,
-    chain_of,
     energies,
     energy_on_line,
     kinetic_energy,
@@ -72,12 +40,12 @@ MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in si
 OF_FRICTION = {"friction_force", "slip_velocity", "sticking"}
 # So many samples are worked out at once, of so many contacts: of more no time is saved.
 MOST_AT_ONCE, NUMBERS_AT_ONCE = 64, 40_000
-IN_PLANE, ON_LINE = slice(FX, FY + 1), slice(TENSION, MIDDLE + 1)  # rows of joints
-CONTACT_ROWS = slice(NORMAL, MODE + 1)
+IN_PLANE, ON_LINE = slice(row.FX, row.FY + 1), slice(row.TENSION, row.MIDDLE + 1)  # rows of joints
+CONTACT_ROWS = slice(row.NORMAL, row.MODE + 1)
 
 
 class States(NamedTuple):
-    """Samples as they are taken, m of them: copies of the state and of the belt's rows.
+    """Samples, m of them, or one without that axis: copies of the state and of the belt's rows.
 
     Attributes
     ----------
@@ -101,9 +69,9 @@ class States(NamedTuple):
     speed: Array
     torque: Array
 
-    def contacts(self, row: int) -> Array:
+    def contacts(self, which: int) -> Array:
         """Return a row of the contacts, (m, pulleys, n)."""
-        return self.con[:, row - NORMAL]
+        return self.con[:, which - row.NORMAL]
 
 
 class Observer:
@@ -127,17 +95,16 @@ class Observer:
     ) -> None:
         self._scenario, self._belt = scenario, belt
         self._force_per_impulse = force_per_impulse
-        self._chain = chain_of(scenario, rest.body_length)
         self._pretension = float(np.mean(rest.tension))
         self._path = scenario.mechanism.path()
         self._patch = patch_bodies(scenario, rest.body_length)
-        self._mu_s, self._mu_k = belt.con[[MU_S, MU_K], :, : belt.n]
+        self._mu_s, self._mu_k = belt.con[[row.MU_S, row.MU_K], :, : belt.n]
         self._distinct = belt.distinct
-        self._energies = {"energy_input": INPUT_ENERGY}
+        self._energies = {"energy_input": row.INPUT_ENERGY}
         if belt.has_friction:
-            self._energies["energy_friction"] = FRICTION_HEAT
+            self._energies["energy_friction"] = row.FRICTION_HEAT
         if belt.has_dampers:
-            self._energies["energy_damping"] = DAMPING_HEAT
+            self._energies["energy_damping"] = row.DAMPING_HEAT
         absent = set() if belt.has_friction else OF_FRICTION
         wanted = scenario.output.channels
         self._wanted = [
@@ -146,23 +113,11 @@ class Observer:
             if channel.axis and name not in absent and (wanted is None or name in wanted)
         ]
         self._samples = SampleStore()
-        self._states = self._room(max(1, min(MOST_AT_ONCE, NUMBERS_AT_ONCE // belt.con[0].size)))
-        self._waiting = self._checked = 0  # samples
+        self._waiting: list[States] = []
+        self._at_once = min(MOST_AT_ONCE, NUMBERS_AT_ONCE // belt.con[0].size)
+        self._checked = 0  # samples
         self._first_velocity = belt.angles // belt.width // 2  # row of the kinematics
         self._squares = 0.0  # the largest sum of squares of velocities of those worked out
-
-    def _room(self, samples: int) -> States:
-        belt = self._belt
-        pulleys = belt.pul.shape[1]
-        return States(
-            np.empty(samples),
-            np.empty((samples, belt.angles // belt.width, belt.n)),
-            np.empty((samples, belt.energies + ENERGIES - belt.angles)),
-            np.empty((samples, *belt.con[CONTACT_ROWS, :, : belt.n].shape)),
-            np.empty((samples, 2, belt.n + 1)),
-            np.empty((samples, pulleys)),
-            np.empty((samples, pulleys)),
-        )
 
     @property
     def states(self) -> int:
@@ -175,7 +130,7 @@ class Observer:
         """Stop where the belt has left its pulleys, is pressed through one, or passes itself."""
         belt, kin = self._belt, self._belt.kinematics(state)[:, : self._belt.n]
         if belt.line is not None:
-            spacing = np.diff(kin[POSITION], append=kin[POSITION, 0] + belt.line.length)
+            spacing = np.diff(kin[row.POSITION], append=kin[row.POSITION, 0] + belt.line.length)
             if np.min(spacing) <= 0.0:
                 raise Diverged(
                     f"bodies {int(np.argmin(spacing))} and the next have passed each other at"
@@ -188,8 +143,8 @@ class Observer:
                 f"the belt has left its pulleys at t = {t:.9g} s; is the pretension too low, or a"
                 " torque too high?"
             )
-        x, y, radius = belt.pul[[PX, PY, RADIUS]][..., None]
-        depth = 1.0 - np.sqrt((kin[X] - x) ** 2 + (kin[Y] - y) ** 2) / radius
+        x, y, radius = belt.pul[[row.PX, row.PY, row.RADIUS]][..., None]
+        depth = 1.0 - np.sqrt((kin[row.X] - x) ** 2 + (kin[row.Y] - y) ** 2) / radius
         if np.max(depth) > MAX_PENETRATION:
             body = int(np.argmax(np.max(depth, axis=0)))
             raise BeltOffPulleys(
@@ -207,25 +162,28 @@ class Observer:
         Diverged
             There is more energy than was stored or put in; of this sample or one before.
         """
-        self._copy(t, state, self._waiting, self._states)
-        velocities = self._states.kin[self._waiting, self._first_velocity :].ravel()
+        taken = self._copy(t, state)
+        velocities = taken.kin[self._first_velocity :].ravel()
         squares = float(velocities @ velocities)
-        self._waiting += 1
+        self._waiting.append(taken)
         # Energy that comes from nowhere may grow beyond all numbers within a few samples.
-        if self._waiting == len(self._states.time) or not squares <= 2.0 * self._squares:
+        if len(self._waiting) >= self._at_once or not squares <= 2.0 * self._squares:
             self._squares = max(self._squares, squares)
             self.finish()
 
-    def _copy(self, t: float, state: Array, k: int, states: States) -> None:
+    def _copy(self, t: float, state: Array) -> States:
         belt, n = self._belt, self._belt.n
-        states.time[k] = t
-        states.kin[k] = belt.kinematics(state)[:, :n]
-        states.rest[k] = state[belt.angles : belt.energies + ENERGIES]
-        states.con[k] = belt.con[CONTACT_ROWS, :, :n]
-        states.joints[k] = belt.work[IN_PLANE if belt.line is None else ON_LINE, : n + 1]
-        states.speed[k] = belt.pul[SPEED]
-        states.speed[k, belt.free] = state[belt.speeds : belt.energies]
-        states.torque[k] = belt.pul[TORQUE]
+        speed = belt.pul[row.SPEED].copy()
+        speed[belt.free] = state[belt.speeds : belt.energies]
+        return States(
+            np.array(t),
+            belt.kinematics(state)[:, :n].copy(),
+            state[belt.angles : belt.energies + row.ENERGIES].copy(),
+            belt.con[CONTACT_ROWS, :, :n].copy(),
+            belt.work[IN_PLANE if belt.line is None else ON_LINE, : n + 1].copy(),
+            speed,
+            belt.pul[row.TORQUE].copy(),
+        )
 
     def finish(self) -> None:
         """Work out the samples that wait, and check their energies; `Diverged` as of `sample`."""
@@ -248,25 +206,26 @@ class Observer:
 
     def _work_out(self) -> None:
         if self._waiting:
-            states = States(*(of[: self._waiting] for of in self._states))
-            self._samples.extend(self._worked_out(states))
-            self._waiting = 0
+            self._samples.extend(self._worked_out(self._waiting))
+            self._waiting.clear()
 
     # --- what is recorded of them ---------------------------------------------------------------
 
-    def _worked_out(self, states: States) -> dict[str, Any]:
+    def _worked_out(self, taken: list[States]) -> dict[str, Any]:
         """Return the wanted channels and what quantities need, (m, ...), of samples."""
-        belt, chain, line = self._belt, self._chain, self._belt.line
+        belt, line = self._belt, self._belt.line
+        states = States(*map(np.array, zip(*taken, strict=True)))
         velocities = states.kin[:, self._first_velocity :]
         if line is None:
-            x, y, angle = states.kin[:, X], states.kin[:, Y], states.kin[:, PHI]
-            shape = shape_of(chain, x, y, angle)
-            potential = energies(chain, shape).sum(axis=-1)
+            places = states.kin[:, [row.X, row.Y, row.PHI]]
+            x, y, angle = np.moveaxis(places, 1, 0)
+            shape = shape_of(belt, places)
+            potential = energies(belt, shape).sum(axis=-1)
             along = velocities[:, 0] * shape.cos + velocities[:, 1] * shape.sin
             tension = _tension(states.joints[:, :, : belt.n], shape)
         else:
-            x, y, angle = self._places_on_line(states.kin[:, POSITION])
-            potential = energy_on_line(chain, line.length, states.kin[:, POSITION])
+            x, y, angle = self._places_on_line(states.kin[:, row.POSITION])
+            potential = energy_on_line(belt, line.length, states.kin[:, row.POSITION])
             along, tension = velocities[:, 0], states.joints[:, 0, : belt.n]
         bodies, power = self._contacts_of_bodies(states)
         pulley = bodies["pulley_index"]
@@ -285,7 +244,7 @@ class Observer:
             "time": states.time,
             **{name: channels[name] for name in self._wanted},
             **{name: states.rest[:, behind + k] for name, k in self._energies.items()},
-            "energy_kinetic": kinetic_energy(chain, velocities, belt.pul[INERTIA], states.speed),
+            "energy_kinetic": kinetic_energy(belt, velocities, belt.pul[row.INERTIA], states.speed),
             "energy_potential": potential,
             "_speed": states.speed,
             "_torque": states.torque,
@@ -305,11 +264,11 @@ class Observer:
         W. What residual slip a body has that is held relaxes within steps, in either direction.
         Where static and kinetic friction differ, its mode says that it is held; at its limit, too.
         """
-        pressed = states.contacts(NORMAL) > 0.0
+        pressed = states.contacts(row.NORMAL) > 0.0
         own, touched = pressed.argmax(axis=1)[:, None], pressed.any(axis=1)
         normal, friction, slip, sticking, mode = (
-            np.take_along_axis(states.contacts(row), own, axis=1)[:, 0] * touched
-            for row in (NORMAL, FRICTION, SLIP, STICKING, MODE)
+            np.take_along_axis(states.contacts(which), own, axis=1)[:, 0] * touched
+            for which in (row.NORMAL, row.FRICTION, row.SLIP, row.STICKING, row.MODE)
         )
         friction *= self._force_per_impulse
         power = friction * slip
@@ -344,13 +303,13 @@ class Observer:
         of its length that slides. Counted as a whole it would make an error of first order. Where
         no body sticks there is no adhesion.
         """
-        normal, friction = states.contacts(NORMAL), states.contacts(FRICTION)
-        on, sticking = normal > 0.0, states.contacts(STICKING) > 0.0
+        normal, friction = states.contacts(row.NORMAL), states.contacts(row.FRICTION)
+        on, sticking = normal > 0.0, states.contacts(row.STICKING) > 0.0
         lengths, light = on.astype(np.float64), {}
         if self._belt.line is not None:
             parts = self._parts_on_arcs(states.joints[:, 1], self._belt.line)
-            lengths = on * parts / self._chain.length
-            radius = self._belt.pul[RADIUS, :, None]
+            lengths = on * parts / self._belt.length
+            radius = self._belt.pul[row.RADIUS, :, None]
             lightly = normal * radius < LIGHT * self._pretension * parts
             light = {"_unpressed": np.sum(lightly * parts / radius, axis=-1)}
         limit = np.where(sticking, self._mu_s, self._mu_k) * normal
@@ -381,18 +340,15 @@ class Observer:
         """
         if not self._belt.has_friction:
             return {"_excess": np.zeros((len(states.time), 2))}
-        scale, normal, slip = (
-            self._force_per_impulse,
-            states.contacts(NORMAL),
-            states.contacts(SLIP),
-        )
-        friction, at_rest = states.contacts(FRICTION) * scale, self._mu_s * normal
+        scale, normal = self._force_per_impulse, states.contacts(row.NORMAL)
+        slip = states.contacts(row.SLIP)
+        friction, at_rest = states.contacts(row.FRICTION) * scale, self._mu_s * normal
         size = np.abs(friction)
         off = size - at_rest
         if self._belt.inv_tau is not None:
-            forward, backward = states.contacts(FORWARD), states.contacts(BACKWARD)
+            forward, backward = states.contacts(row.FORWARD), states.contacts(row.BACKWARD)
             limit = np.where(friction > 0.0, forward, backward) * scale
-            let_go = (slip == 0.0) & (states.contacts(STICKING) == 0.0)
+            let_go = (slip == 0.0) & (states.contacts(row.STICKING) == 0.0)
             off = np.maximum(size - limit, np.where(let_go, at_rest - size, 0.0))
         return {
             "_friction": friction.sum(axis=-1),
@@ -413,9 +369,8 @@ class Observer:
 
         `belt_state` is a state of the belt, any: of it a sample is made that theirs are to be like.
         """
-        one = self._room(1)
-        self._copy(0.0, belt_state, 0, one)
-        like = {name: values[0] for name, values in self._worked_out(one).items()}
+        one = self._worked_out([self._copy(0.0, belt_state)])
+        like = {name: values[0] for name, values in one.items()}
         self._samples.restore(state, like)
         self._checked = len(self._samples)
         return self._checked
@@ -427,7 +382,7 @@ class Observer:
         names = samples.names
         seen = {n: samples.channel(n, sound) for n in names if n.startswith(("energy", "_"))}
         time = samples.channel("time", sound) if names else np.zeros(0)
-        run = BeltSamples(self._scenario, self._chain.length, self._pretension, time, seen)
+        run = BeltSamples(self._scenario, self._belt.length, self._pretension, time, seen)
         quantities = quantities_of(run)
         return SimulationResult(
             time=time,

@@ -25,6 +25,17 @@ from frictionsim.scenario.signal_tables import SpeedOrTimeSignals, TimeSignals
 
 # A body longer than this part of a radius cannot follow the curve: two to half a turn.
 MAX_BODY_OVER_RADIUS = pi / 2
+ENOUGH = 4  # times as many bodies as are needed: quantities depend little on their number then
+ROUNDING = 1e-12  # of the belt's length: shorter pieces vanish in sums of lengths
+
+
+def _check_one_of(table: Params, first: str, second: str, words: str) -> None:
+    """Refuse a table that gives neither or both of two keys."""
+    given = [getattr(table, key) is not None for key in (first, second)]
+    if sum(given) != 1:
+        raise inconsistent(
+            (), f"expected either {words}; found {'both' if any(given) else 'neither'}"
+        )
 
 
 class BeltTable(Params):
@@ -50,11 +61,8 @@ class BeltTable(Params):
 
     @model_validator(mode="after")
     def _check_tension_or_length(self) -> Self:
-        if (self.pretension is None) == (self.length is None):
-            keys = "neither" if self.length is None else "both"
-            raise inconsistent(
-                (), f"expected either pretension, N, or length (unstretched), m; found {keys}"
-            )
+        words = "pretension, N, or length (unstretched), m"
+        _check_one_of(self, "pretension", "length", words)
         return self
 
 
@@ -113,30 +121,28 @@ class Geometry(Params):
 
     def _check_length(self, path: Path) -> None:
         """Refuse a belt that its path would stretch beyond what the linear law is good for."""
-        belt = self.belt
+        belt, good = self.belt, f"the law of its springs is good up to {100 * MAX_STRAIN:.0f} %"
+        where = f"its path of {path.length:.6g} m"
         if belt.length is not None:
             strain = path.length / belt.length - 1.0
             if strain <= 0.0:
                 raise inconsistent(
                     ("belt", "length"),
-                    f"a belt of {belt.length} m hangs loose on its path of {path.length:.6g} m;"
-                    f" make it shorter, or move the pulleys apart",
+                    f"a belt of {belt.length} m hangs loose on {where}; make it shorter, or move"
+                    " the pulleys apart",
                 )
             if strain > MAX_STRAIN:
                 raise inconsistent(
                     ("belt", "length"),
-                    f"a belt of {belt.length} m is too short for its path of {path.length:.6g} m:"
-                    f" it would stretch by {100 * strain:.3g} %, the law of its springs is good up"
-                    f" to {100 * MAX_STRAIN:.0f} %",
+                    f"a belt of {belt.length} m is too short for {where}: it would stretch by"
+                    f" {100 * strain:.3g} %, {good}",
                 )
         elif belt.pretension is not None and belt.pretension > MAX_STRAIN * belt.axial_rigidity:
             strain = belt.pretension / belt.axial_rigidity
             raise inconsistent(
                 ("belt", "pretension"),
                 f"{belt.pretension} N stretch a belt of {belt.axial_rigidity} N by"
-                f" {100 * strain:.3g} %: it would be too short for its path of"
-                f" {path.length:.6g} m; the law of its springs is good up to"
-                f" {100 * MAX_STRAIN:.0f} %",
+                f" {100 * strain:.3g} %: it would be too short for {where}; {good}",
             )
 
 
@@ -152,9 +158,7 @@ class DriveTable(Params):
 
     @model_validator(mode="after")
     def _check_inputs(self) -> Self:
-        if (self.torque is None) == (self.speed is None):
-            keys = "neither" if self.torque is None else "both"
-            raise inconsistent((), f"expected either torque or speed; found {keys}")
+        _check_one_of(self, "torque", "speed", "torque or speed")
         return self
 
     @property
@@ -390,43 +394,31 @@ class BeltDriveScenario(Scenario):
         return self.effects.contact is None
 
     @model_validator(mode="after")
-    def _check_guided_effects(self) -> Self:
-        if not self.guided:
-            return self
+    def _check_effects(self) -> Self:
         for name in ACROSS:
-            if getattr(self.effects, name) is not None:
+            if self.guided and getattr(self.effects, name) is not None:
                 raise inconsistent(
                     ("effects", name),
                     "it moves the belt across itself, and a belt without effects.contact is guided"
                     " on its pitch line; add [effects.contact], or leave this effect out",
                 )
-        return self
-
-    @model_validator(mode="after")
-    def _check_bodies(self) -> Self:
-        path, bodies = self.mechanism.path(), self.mechanism.belt.bodies
+        path, patch = self.mechanism.path(), self.effects.patch
+        if patch is not None and self.effects.belt_friction is None:
+            raise inconsistent(
+                ("effects", "patch"), "a patch is a place of other friction; add belt_friction"
+            )
+        if patch is not None and patch.end > path.length:
+            raise inconsistent(
+                ("effects", "patch", "to"),
+                f"{patch.end} m is beyond the belt's {path.length:.6g} m",
+            )
+        bodies = self.mechanism.belt.bodies
         if self.guided:
-            problem = missing_points(path, self.mechanism.names, self.drive, bodies)
+            problem = _missing_points(path, self.mechanism.names, self.drive, bodies)
         else:
             problem = _missing_bodies(path, self.mechanism.pulleys, bodies)
         if problem is not None:
             raise inconsistent(("mechanism", "belt", "bodies"), problem)
-        return self
-
-    @model_validator(mode="after")
-    def _check_patch(self) -> Self:
-        patch = self.effects.patch
-        if patch is None:
-            return self
-        if self.effects.belt_friction is None:
-            raise inconsistent(
-                ("effects", "patch"), "a patch is a place of other friction; add belt_friction"
-            )
-        length = self.mechanism.path().length
-        if patch.end > length:
-            raise inconsistent(
-                ("effects", "patch", "to"), f"{patch.end} m is beyond the belt's {length:.6g} m"
-            )
         return self
 
     @property
@@ -457,18 +449,11 @@ def _missing_bodies(path: Path, pulleys: "Sequence[PulleyTable]", bodies: int) -
     return (
         f"{bodies} bodies of {path.length / bodies:.3g} m cannot follow the curve of"
         f" '{smallest.name}', radius {smallest.radius} m; it takes at least {needed:.10g}, and"
-        f" about {needed * 4:.10g} for quantities that depend little on their number"
+        f" about {ENOUGH * needed:.10g} for quantities that depend little on their number"
     )
 
 
-# --- how many points a guided string needs to follow its line -----------------------------------
-
-ENOUGH = 4  # times as many as are needed: quantities depend little on their number then
-
-ROUNDING = 1e-12  # of the belt's length: shorter pieces vanish in sums of lengths
-
-
-def missing_points(
+def _missing_points(
     path: Path, names: Sequence[str], driven: Collection[str], points: int
 ) -> str | None:
     """Return why a number of points cannot follow the pitch line; None if they can.

@@ -40,31 +40,22 @@ def span_tensions(tension: "Array", pulley_index: "Numbers", pulleys: int) -> "A
     (m, pulleys), N
         Where no body touches a pulley, the spans on its two sides are one, and have its mean.
     """
-    samples, bodies = tension.shape
-    sample, body = np.nonzero(pulley_index >= 0)
-    leaves = pulley_index[sample, body].astype(np.intp)
-    # The next body on a pulley; behind the last of a sample comes its first.
-    following, last = np.arange(1, len(body) + 1), np.flatnonzero(np.diff(sample, append=samples))
-    following[last] = np.append(0, last[:-1] + 1)[: len(last)]
-    joints = body[following] - body
-    joints[last] += bodies
-    passed = (leaves[following] - leaves - 1) % pulleys + 1
-    is_gap = leaves != leaves[following]
-    for lone in np.setdiff1d(sample, sample[is_gap]):  # bodies of one pulley only touch
-        own = np.flatnonzero(sample == lone)
-        is_gap[own[np.argmax(joints[own])]] = True
-    sample, body, leaves = sample[is_gap], body[is_gap], leaves[is_gap]
-    joints, passed = joints[is_gap], passed[is_gap]
-    sums = np.cumsum(np.concatenate([np.zeros((samples, 1)), tension, tension], axis=1), axis=1)
-    gap = sums[sample, body + 1 + joints] - sums[sample, body + 1]
-    force, count = np.zeros((2, samples, pulleys))
-    for k in range(int(np.max(passed, initial=0))):
-        some = passed > k
-        span = sample[some], (leaves[some] + k) % pulleys
-        np.add.at(force, span, gap[some])
-        np.add.at(count, span, joints[some])
+    n, index = tension.shape[1], pulley_index.astype(np.intp)
+    # Of each joint the last body on a pulley before it and the next one behind it, in two rounds.
+    on, body = np.tile(index >= 0, 2), np.arange(2 * n)
+    last = np.maximum.accumulate(np.where(on, body, -1), axis=1)[:, n - 1 : -1]
+    following = np.minimum.accumulate(np.where(on, body, 2 * n)[:, ::-1], axis=1)[:, : n - 1 : -1]
+    leaves, reaches = (np.take_along_axis(index, of % n, axis=1) for of in (last, following))
+    is_free, gap = leaves != reaches, following - last
+    # Where bodies touch one pulley only, or none, the longest gap is all spans.
+    is_free |= ~is_free.any(axis=1, keepdims=True) & (gap == gap.max(axis=1, keepdims=True))
+    passed = (reaches - leaves - 1) % pulleys + 1
     mean = np.repeat(tension.mean(axis=1)[:, None], pulleys, axis=1)
-    return np.divide(force, count, out=mean, where=count > 0.0)
+    for span in range(pulleys):
+        inside = is_free & ((span - leaves) % pulleys < passed)
+        count = inside.sum(axis=1)
+        np.divide((tension * inside).sum(axis=1), count, out=mean[:, span], where=count > 0)
+    return mean
 
 
 IDLE = 1e-3  # of the work in the whole run: a part of it in which pulleys do less is idle

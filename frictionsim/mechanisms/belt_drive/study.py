@@ -101,15 +101,12 @@ def _fixed(length: float) -> Setting:
 
 def _default_step(scenario: "BeltDriveScenario") -> float:
     """Return the step that `moreau` takes by itself: just short of unstable, s."""
-    from frictionsim.mechanisms.belt_drive.belt import belt_of, initial_state
-    from frictionsim.mechanisms.belt_drive.belt_simulation import stepper_of
+    from frictionsim.mechanisms.belt_drive.belt import belt_of
+    from frictionsim.mechanisms.belt_drive.belt_simulation import fixed_steps
     from frictionsim.mechanisms.belt_drive.equilibrium import at_rest
 
-    settings = scenario.solver.model_copy(update={"backend": "moreau", "step": None})
-    fixed, rest = scenario.model_copy(update={"solver": settings}), at_rest(scenario)
-    belt = belt_of(scenario, rest.body_length)
-    start = initial_state(belt, rest.x, rest.y, rest.angle)
-    return float(1.0 / stepper_of(fixed, belt, rest, start).force_per_impulse)
+    settings, rest = scenario.solver.model_copy(update={"step": None}), at_rest(scenario)
+    return fixed_steps(settings, belt_of(scenario, rest.body_length), rest).h
 
 
 # --- meshes ---------------------------------------------------------------------------------------

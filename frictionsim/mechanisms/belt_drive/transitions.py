@@ -60,11 +60,12 @@ def full_slip(run: "BeltSamples") -> "Bools":
 
     Never on a pulley without a drive or without friction.
     """
-    scenario, seen = run.scenario, run.seen
-    law, names = scenario.effects.belt_friction, scenario.mechanism.names
+    scenario, seen, law = run.scenario, run.seen, run.scenario.effects.belt_friction
     if law is None:
         return np.zeros(seen["_touching"].shape, dtype=np.bool_)
-    can_slip = [name in scenario.drive and law.pulleys.get(name, law).mu_s > 0.0 for name in names]
+    can_slip = [
+        name in scenario.drive and law.pulleys.get(name, law).mu_s > 0.0 for name in run.names
+    ]
     none_sticks = (seen["_touching"] > 0.0) & (seen["_sticking"] == 0.0)
     at_limit = np.abs(seen["_friction"]) >= FULL_SLIP * seen["_capacity"]
     full: Bools = none_sticks & at_limit & np.array(can_slip)
@@ -108,9 +109,7 @@ def transitions_of(run: "BeltSamples") -> list[Transition]:
     """Return the transitions of pulleys and spans, in the order of time."""
     if not run.time.size:
         return []
-    names = run.scenario.mechanism.names
-    after = (*names[1:], names[0])
-    contacts = [*names, *(f"span.{a}.{b}" for a, b in zip(names, after, strict=True))]
+    contacts = [*run.names, *(f"span.{a}.{b}" for a, b in run.spans)]
     modes = np.hstack([pulley_modes(run), np.where(slack_spans(run), SLACK, TAUT)])
     transitions = [
         Transition(float(run.time[sample]), contact, old, new)
