@@ -17,7 +17,8 @@ from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.run_warnings import hidden_stick_slip
 from frictionsim.simulation.sample_store import SAMPLES
 from frictionsim.solvers import solver_of
-from frictionsim.solvers.events import STOP, State
+from frictionsim.solvers.events import STOP
+from frictionsim.solvers.loop import State
 from frictionsim.solvers.modes import holds, subject
 from frictionsim.solvers.prescribed import DRIVE, PrescribedMotion
 from frictionsim.solvers.recording import Recording

@@ -13,7 +13,8 @@ from frictionsim.errors import BudgetExceeded, InputError, SolverError
 from frictionsim.mechanisms.single_dof import MultiplesOf
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 from frictionsim.scenario.signals import Constant, linear
-from frictionsim.solvers.events import Events, State
+from frictionsim.solvers.events import Events
+from frictionsim.solvers.loop import State
 from frictionsim.solvers.modes import KEEPS, consistent
 from frictionsim.solvers.recording import Recording
 from frictionsim.solvers.rkf45 import Tolerances
