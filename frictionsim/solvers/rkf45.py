@@ -1,7 +1,8 @@
 """The adaptive Runge-Kutta-Fehlberg method of order 4(5) for a few states, in lists of floats.
 
 A `Step` is a value: it is not changed, and the next one follows from it. With the settings of the
-run it is all that an integration needs to continue.
+run it is all that an integration needs to continue. Belts take the coefficients from here; their
+loops over arrays are in `belt_drive.rkf45`.
 """
 
 from collections.abc import Callable
@@ -9,39 +10,6 @@ from math import inf, isfinite, ulp
 from typing import Any, NamedTuple
 
 from frictionsim.errors import BudgetExceeded
-from frictionsim.solvers.runge_kutta_fehlberg import (
-    A21,
-    A31,
-    A32,
-    A41,
-    A42,
-    A43,
-    A51,
-    A52,
-    A53,
-    A54,
-    A61,
-    A62,
-    A63,
-    A64,
-    A65,
-    B1,
-    B3,
-    B4,
-    B5,
-    B6,
-    C2,
-    C3,
-    C4,
-    C6,
-    E1,
-    E3,
-    E4,
-    E5,
-    E6,
-    MIN_REPEATED_ULPS,
-    MIN_TRIAL_STEP,
-)
 from frictionsim.solvers.stepper import (
     MIN_ERROR_NORM,
     STEP_END_TOLERANCE,
@@ -52,6 +20,19 @@ from frictionsim.solvers.stepper import (
     step_underflow,
 )
 
+# Fehlberg 1969 (NASA TR R-315), table III, formula 2: nodes, stages, order 5, error estimate.
+C2, C3, C4, C6 = 1 / 4, 3 / 8, 12 / 13, 1 / 2  # C5 = 1
+A21 = 1 / 4
+A31, A32 = 3 / 32, 9 / 32
+A41, A42, A43 = 1932 / 2197, -7200 / 2197, 7296 / 2197
+A51, A52, A53, A54 = 439 / 216, -8.0, 3680 / 513, -845 / 4104
+A61, A62, A63, A64, A65 = -8 / 27, 2.0, -3544 / 2565, 1859 / 4104, -11 / 40
+B1, B3, B4, B5, B6 = 16 / 135, 6656 / 12825, 28561 / 56430, -9 / 50, 2 / 55
+E1, E3, E4, E5, E6 = 1 / 360, -128 / 4275, -2197 / 75240, 1 / 50, 2 / 55  # order 5 - order 4
+
+MIN_TRIAL_STEP = 1e-100  # s, for the estimate of the first step
+# Units in the last place of the time: a step that is cut so short is not repeated.
+MIN_REPEATED_ULPS = 16.0
 UNLIMITED = 10**9  # steps
 
 

@@ -55,16 +55,10 @@ class Friction(NamedTuple):
     """Dry friction along the coordinate.
 
     The limits are not negative. The kinetic one must not exceed the static one at v = 0, or
-    a contact that breaks away would not move, and the run ends with a SolverError.
-
-    The kinetic limit may depend on the speed, as by a Stribeck curve: between surfaces it is then a
-    smooth function of v for each direction s. It may depend on the torques, since the load of a
-    contact may depend on the acceleration
-
-        dv/dt = (applied - s kinetic)/inertia,
-
-    which such a limit satisfies. Direction and velocity are arguments of their own, as v is 0 where
-    a slip begins and ends, and may have the wrong sign by rounding.
+    a contact that breaks away would not move, and the run ends with a SolverError. For each
+    direction s it is smooth in v between surfaces. It may depend on the torques, since the load of
+    a contact may depend on the acceleration dv/dt = (applied - s kinetic)/inertia. v is 0 where a
+    slip begins and ends, and may have the wrong sign by rounding.
 
     Attributes
     ----------
@@ -76,9 +70,8 @@ class Friction(NamedTuple):
         Kinetic limit of (u, q, v, s, applied), N m: s is the direction of the slip, +1 or -1, and
         `applied` the sum of the torques of all terms, N m.
     roundoff : callable
-        Of (u, q), N m: smaller differences of torque and static limit count as equal, and the
-        contact holds. Some 10 units in the last place of the numbers that torque and limit are
-        sums of.
+        Of (u, q), N m: up to it a torque beyond the static limit is held. Some 10 units in the last
+        place of the numbers that torque and limit are sums of.
     law : str
         A name in `frictionsim.scenario.methods`.
     transition_speed : float, rad/s
@@ -137,11 +130,7 @@ class EndStops(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """A contact of a system: its name, its coordinate, and whether it is a rope.
-
-    The coordinate of dry friction is its slip. That of a rope, which pulls and does not push, is
-    its gap: zero while it is taut, positive while it is slack.
-    """
+    """A contact of a system; its coordinate is its slip, of a rope its gap, zero while taut."""
 
     name: str
     coordinate: int = 0
@@ -153,9 +142,8 @@ class System(Protocol):
 
     The state y has n positions, their velocities, and the energies that are integrated, in SI
     units; rates do not depend on the energies. Modes are those of the contacts: FORWARD, STICK
-    and BACKWARD of dry friction, TAUT and SLACK of a rope, from `frictionsim.results`. Without end
-    stops, `stops` is None, and `rests_on_stop` and `departure` are not called; nor is `impact`
-    without ropes.
+    and BACKWARD of dry friction, TAUT and SLACK of a rope, from `frictionsim.results`. `impact` is
+    of ropes, `rests_on_stop` and `departure` are of end stops.
 
     Attributes
     ----------
