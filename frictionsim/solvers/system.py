@@ -291,6 +291,7 @@ class OneCoordinate:
         (self._driving,) = [_function(term.torque) for term in terms if term.energy == INPUT]
         losing = [term.torque for term in terms if term.energy not in ("", INPUT)]
         self._losing = [_function(torque) for torque in losing]
+        self._further = [*self._varying, *self._losing]
         self.use_friction(None)
         self.columns = (
             *("angle", "angular_velocity", *self.energies, "angular_acceleration"),
@@ -316,9 +317,7 @@ class OneCoordinate:
     def torque_between_stops(self, u: Acting, q: float, v: float) -> float:
         """Return the sum of all torques except dry friction and those of stops, N m."""
         applied: float = self._driving(u, q, v) + self._constant
-        for torque in self._varying:
-            applied += torque(u, q, v)
-        for torque in self._losing:
+        for torque in self._further:
             applied += torque(u, q, v)
         return applied
 
