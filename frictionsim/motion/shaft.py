@@ -106,7 +106,7 @@ def motion(record: "Record") -> Motion:
     body = _free_body(at, scenario)
     if body is not None:
         torque = at.get("friction_torque", at.still)
-        lever = reaction(body.reaction_across, body.reaction_up, torque, _vanishes(body))
+        lever = reaction(*body.reaction, torque, body.reaction_vanishes)
         forces = [*_arrows(body, reach), lever]
         scale = scale_of(forces, ARROW * reach)
         parts += [*cords_of(scenario, body, angle), *forces[:-1], *_couples(scenario, body, reach)]
@@ -290,10 +290,6 @@ def _free_body(at: Samples, scenario: "ShaftScenario") -> FreeBody | None:
     rates = (at[name] if name in needed else at.still for name in rest)
     velocity, acceleration = rates
     return free_body(scenario, (at.time, at["angle"], velocity, acceleration))
-
-
-def _vanishes(body: FreeBody) -> Any:
-    return body.vanishes(np.hypot(body.reaction_across, body.reaction_up))
 
 
 def cords_of(scenario: "ShaftScenario", body: FreeBody, angle: "Array") -> list[Part]:

@@ -17,7 +17,8 @@ from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.run_warnings import hidden_stick_slip
 from frictionsim.simulation.sample_store import SAMPLES
 from frictionsim.solvers import solver_of
-from frictionsim.solvers.events import STOP, State
+from frictionsim.solvers.events import STOP
+from frictionsim.solvers.loop import State
 from frictionsim.solvers.modes import holds, subject
 from frictionsim.solvers.prescribed import DRIVE, PrescribedMotion
 from frictionsim.solvers.recording import Recording
@@ -97,29 +98,17 @@ class CoordinateSimulation:
         if not self._method.resumable:
             return None
         recording, state = self._recording, self._solver.state
+        numbers = {f"step.{name}": x for name, x in state.step._asdict().items()}
+        numbers |= {f"state.{n}": x for n, x in state._asdict().items() if n != "step"}
+        columns = self._rows(recording.rows).T.copy()
+        contacts = [e.contact for e in recording.transitions]
+        events = [(e.time, e.mode_from, e.mode_to, e.position) for e in recording.transitions]
         return {
-            **{
-                f"step.{name}": np.array(x, dtype=float) for name, x in state.step._asdict().items()
-            },
-            **{
-                f"state.{name}": np.array(x, dtype=float)
-                for name, x in state._asdict().items()
-                if name != "step"
-            },
-            **{
-                SAMPLES + name: column
-                for name, column in zip(
-                    self._row_names, self._rows(recording.rows).T.copy(), strict=True
-                )
-            },
+            **{name: np.array(x, dtype=float) for name, x in numbers.items()},
+            **{SAMPLES + n: column for n, column in zip(self._row_names, columns, strict=True)},
             "sides": np.array(recording.sides),
-            "transitions.contact": np.array(
-                [e.contact for e in recording.transitions], dtype=np.bytes_
-            ),
-            "transitions": np.array(
-                [(e.time, e.mode_from, e.mode_to, e.position) for e in recording.transitions],
-                dtype=np.float64,
-            ).reshape(-1, 4),
+            "transitions.contact": np.array(contacts, dtype=np.bytes_),
+            "transitions": np.array(events, dtype=np.float64).reshape(-1, 4),
         }
 
     def restore(self, state: Arrays) -> None:
@@ -259,7 +248,7 @@ class CoordinateSimulation:
         if samples.time.size:
             last = {name: float(values[-1]) for name, values in samples.columns.items()}
             stored = [name for name in ("energy_kinetic", "energy_potential") if name in last]
-            at_start = system.recorded(0.0, system.start, self._modes_at_start())
+            at_start = system.recorded(0.0, system.start, [STICK for _ in mechanism.contacts])
             start = dict(zip(mechanism.columns[self.states :], at_start, strict=False))
             quantities |= {
                 "final_time": Quantity(float(samples.time[-1]), "s"),
@@ -269,9 +258,6 @@ class CoordinateSimulation:
                 **{n: Quantity(last[n], "J") for n in (*mechanism.energies, *stored)},
             }
         return quantities
-
-    def _modes_at_start(self) -> list[int]:
-        return [STICK for _ in self._mechanism.contacts]
 
     def _last_rest(
         self, samples: Samples, events: list[Transition], names: Sequence[str]
@@ -306,21 +292,17 @@ def _restored(kind: Any, prefix: str, state: Arrays, before: Any, lengths: Colle
 
     `lengths` are those that a state and its derivative may have; a step has none at the start.
     """
-    values = {}
+    values = before._asdict()
     for name, value in before._asdict().items():
         if name == "step":
-            values[name] = value
             continue
-        array_ = require_array(state, prefix + name, np.float64, ndim=np.ndim(value))
-        numbers = array_.tolist()
-        if isinstance(value, list) and name != "changes":
-            is_mode = name in ("modes", "now")
-            if len(numbers) not in ({len(value)} if is_mode else lengths):
-                raise unfit(prefix + name, "is of another type or shape")
-        is_count = isinstance(value, int) or name in ("modes", "now")
-        if is_count:
-            numbers = [int(x) for x in numbers] if isinstance(numbers, list) else int(numbers)
-        values[name] = numbers
+        is_mode = name in ("modes", "now")
+        dtype: Any = int if is_mode or isinstance(value, int) else float
+        numbers = require_array(state, prefix + name, np.float64, ndim=np.ndim(value))
+        allowed = {len(value)} if is_mode else lengths
+        if isinstance(value, list) and name != "changes" and len(numbers) not in allowed:
+            raise unfit(prefix + name, "is of another type or shape")
+        values[name] = numbers.astype(dtype).tolist()
     return kind(**values)
 
 

@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Callable, Sequence
-from functools import partial
 from math import inf
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,11 +18,7 @@ from frictionsim.errors import (
 from frictionsim.results import MODES, Record, SolverStatistics, defined, failures
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import METHODS
-from frictionsim.simulation.checkpoint import (
-    dump_part,
-    load_part,
-    require_same_arrays,
-)
+from frictionsim.simulation.checkpoint import dump_part, load_part, require_same_arrays
 from frictionsim.simulation.memory import MemoryWatch, check_memory
 from frictionsim.simulation.monitor import RunMonitor, monitor_of
 from frictionsim.simulation.record import recorded
@@ -32,6 +27,12 @@ if TYPE_CHECKING:
     from frictionsim.results import Quantities, SimulationResult
     from frictionsim.scenario.settings import Scenario
     from frictionsim.simulation.base import Simulation
+
+
+LOG = logging.getLogger(__name__)
+
+CHECKPOINT_INTERVAL = 60.0  # s of wall time, if a scenario gives none
+PAUSE = 20.0  # at least, between two checkpoints, in the time that the first took
 
 
 def log_scenario(scenario: "Scenario") -> None:
@@ -73,26 +74,15 @@ def log_end(run: "Record") -> None:
     )
 
 
-LOG = logging.getLogger(__name__)
+class RunSummary(NamedTuple):
+    """How a run ended, and its quantities: what a sweep keeps of it, without a `Record`."""
 
-CHECKPOINT_INTERVAL = 60.0  # s of wall time, if a scenario gives none
-PAUSE = 20.0  # at least, between two checkpoints, in the time that the first took
-
-
-class _Clock:
-    """Wall time of solving and of compiling, s, including the parts before an interruption."""
-
-    CHECKPOINT_FIELDS = ("solving", "compiling")
-
-    def __init__(self) -> None:
-        self.solving = self.compiling = 0.0
-        self._since = 0.0
-
-    def start(self) -> None:
-        self._since = perf_counter()
-
-    def stop(self) -> None:
-        self.solving += perf_counter() - self._since
+    status: str
+    reason: str
+    failure: str
+    warnings: tuple[str, ...]
+    quantities: "Quantities"
+    is_sound: bool  # whether the audit is passed
 
 
 class _Termination(NamedTuple):
@@ -137,173 +127,144 @@ def run(
     Record
         If the run failed or was interrupted, with the samples up to that time.
     """
-    limited = _with_limit(scenario, max_steps)
+    limited = scenario if max_steps is None else _with_limit(scenario, max_steps)
     log_scenario(limited)
-    with overflow_refused():
-        simulation: Simulation = mechanism_module(scenario.kind).simulation(limited)
-    clock = _Clock()
-    check_memory(scenario, simulation, checkpoint or {})
+    one = _Run(scenario, checkpoint, limited)
     if sample_times is not None:
-        simulation.sample_at(sample_times)
-    if checkpoint is not None:
-        LOG.info("the run is resumed")
-        _restore(simulation, clock, checkpoint, scenario)
-    monitor, on_step = monitor_of(on_step), _watching_memory(on_step)
-    if on_checkpoint is not None:
-        keep = partial(_keep, scenario, simulation, on_checkpoint, clock)
-        on_step = _with_checkpoints(scenario, on_step, keep, clock)
-    outcome = _solve(simulation, monitor, on_step, clock)
-    done = _run_of(scenario, simulation, outcome, clock)
-    log_end(done)
-    return done
-
-
-class RunSummary(NamedTuple):
-    """How a run ended, and its quantities: what a sweep keeps of it, without a `Record`."""
-
-    status: str
-    reason: str
-    failure: str
-    warnings: tuple[str, ...]
-    quantities: "Quantities"
-    is_sound: bool  # whether the audit is passed
+        one.simulation.sample_at(sample_times)
+    record = one.record(one.solve(on_step, on_checkpoint))
+    log_end(record)
+    return record
 
 
 def summary_of_run(scenario: "Scenario", monitor: RunMonitor) -> RunSummary:
     """Simulate a scenario as `run`, which makes channels and attributes as well."""
-    with overflow_refused():
-        simulation: Simulation = mechanism_module(scenario.kind).simulation(scenario)
-    check_memory(scenario, simulation, {})
-    outcome = _solve(simulation, monitor, _watching_memory(monitor), _Clock())
-    data = simulation.observe()
+    one = _Run(scenario)
+    outcome, data = one.solve(monitor), one.simulation.observe()
     status, reason, failure, _ = _judged(outcome, data)
-    warnings, quantities = _warnings(scenario, simulation, data), defined(data.quantities)
+    warnings, quantities = _warnings(scenario, data), defined(data.quantities)
     return RunSummary(status, reason, failure, warnings, quantities, not failures(data.checks))
 
 
-def _with_limit(scenario: "Scenario", max_steps: int | None) -> "Scenario":
+def _with_limit(scenario: "Scenario", max_steps: int) -> "Scenario":
     """Return a scenario with another limit of steps."""
-    if max_steps is None:
-        return scenario
     solver = scenario.solver.model_copy(update={"max_steps": max_steps})
     return scenario.model_copy(update={"solver": solver})
 
 
-def _restore(
-    simulation: "Simulation", clock: _Clock, checkpoint: "dict[str, Any]", scenario: "Scenario"
-) -> None:
-    """Load a state, and check that it has nothing else in it."""
-    if not METHODS[scenario.solver.backend].resumable:
-        raise InputError("its backend leaves no state to resume from")
-    simulation.restore(checkpoint)
-    load_part(clock, "clock", checkpoint)
-    require_same_arrays(checkpoint, _checkpoint(simulation, clock) or {})
-    checkpoint.clear()
+class _Run:
+    """The simulation of a scenario, with its wall time.
 
-
-def _keep(
-    scenario: "Scenario",
-    simulation: "Simulation",
-    on_checkpoint: "Callable[[Record], Any]",
-    clock: _Clock,
-    t: float,
-) -> None:
-    """Write a checkpoint at a time of the run."""
-    reason = f"checkpoint at t = {t:.9g} s"
-    outcome = _Termination("interrupted", reason, resumable=True)
-    record = _run_of(scenario, simulation, outcome, clock)
-    # With a number that is not finite the run will fail, and there is nothing to continue.
-    if record.status == "interrupted":
-        on_checkpoint(record)
-
-
-def _watching_memory(on_step: "Callable[[float], Any]") -> "Callable[[float], Any]":
-    """Return an `on_step` that also looks at the memory."""
-    watch = MemoryWatch()
-
-    def step_and_look(t: float) -> None:
-        on_step(t)
-        watch.look(t)
-
-    return step_and_look
-
-
-def _with_checkpoints(
-    scenario: "Scenario",
-    on_step: "Callable[[float], Any]",
-    keep: "Callable[[float], Any]",
-    clock: _Clock,
-) -> "Callable[[float], Any]":
-    """Return an `on_step` that also writes checkpoints.
-
-    They are due every `output.checkpoint` seconds, and take at most a twentieth of the time.
+    Attributes
+    ----------
+    solving, compiling : float, s
+        Including the parts before an interruption.
     """
-    interval = scenario.output.checkpoint
-    interval = CHECKPOINT_INTERVAL if interval is None else interval or inf
-    due = perf_counter() + interval
 
-    def step_and_checkpoint(t: float) -> None:
-        nonlocal due
-        on_step(t)
-        began = perf_counter()
-        if began >= due:
-            clock.stop()  # do not count the writing of the checkpoint
-            keep(t)
-            ended = perf_counter()
-            due = ended + max(interval, PAUSE * (ended - began))
-            clock.start()
+    CHECKPOINT_FIELDS = ("solving", "compiling")
 
-    return step_and_checkpoint
+    def __init__(
+        self,
+        scenario: "Scenario",
+        checkpoint: "dict[str, Any] | None" = None,
+        limited: "Scenario | None" = None,
+    ) -> None:
+        self.scenario, self.solving, self.compiling, self._since = scenario, 0.0, 0.0, 0.0
+        with overflow_refused():
+            self.simulation: Simulation = mechanism_module(scenario.kind).simulation(
+                limited or scenario
+            )
+        check_memory(scenario, self.simulation, checkpoint or {})
+        if checkpoint is not None:
+            LOG.info("the run is resumed")
+            self._restore(checkpoint)
 
+    def _restore(self, checkpoint: "dict[str, Any]") -> None:
+        """Load a state, check that it has nothing else in it, and empty it."""
+        if not METHODS[self.scenario.solver.backend].resumable:
+            raise InputError("its backend leaves no state to resume from")
+        self.simulation.restore(checkpoint)
+        load_part(self, "clock", checkpoint)
+        require_same_arrays(checkpoint, self.state() or {})
+        checkpoint.clear()
 
-def _solve(
-    simulation: "Simulation",
-    monitor: RunMonitor,
-    on_step: "Callable[[float], Any]",
-    clock: _Clock,
-) -> _Termination:
-    try:
-        # A signal or a limit ends a compilation, and all, at once.
-        clock.compiling += simulation.prepare(monitor)
-        LOG.info("the run starts")
-        clock.start()
+    def state(self) -> "dict[str, Any] | None":
+        """Return the state to resume from; None if the backend does not support it."""
+        state = self.simulation.state()
+        return None if state is None else {**state, **dump_part(self, "clock")}
+
+    def solve(
+        self,
+        on_step: "Callable[[float], Any]",
+        on_checkpoint: "Callable[[Record], Any] | None" = None,
+    ) -> _Termination:
+        """Integrate to the end; see `run`."""
+        step = self._watched(on_step, on_checkpoint)
         try:
-            simulation.solve(on_step)
-        finally:
-            clock.stop()
-    except Interrupted as stop:
-        return _Termination("interrupted", str(stop), resumable=True)
-    except SolverError as error:
-        resumable = isinstance(error, BudgetExceeded)
-        return _Termination("failed", str(error), error.failure, resumable)
-    except ArithmeticError:
-        return _Termination("failed", OUT_OF_RANGE, NonFinite.failure)
-    return _Termination()
+            # A signal or a limit ends a compilation, and all, at once.
+            self.compiling += self.simulation.prepare(monitor_of(on_step))
+            LOG.info("the run starts")
+            self._since = perf_counter()
+            try:
+                self.simulation.solve(step)
+            finally:
+                self._pause()
+        except Interrupted as stop:
+            return _Termination("interrupted", str(stop), resumable=True)
+        except SolverError as error:
+            resumable = isinstance(error, BudgetExceeded)
+            return _Termination("failed", str(error), error.failure, resumable)
+        except ArithmeticError:
+            return _Termination("failed", OUT_OF_RANGE, NonFinite.failure)
+        return _Termination()
 
+    def _pause(self) -> float:
+        now = perf_counter()
+        self.solving += now - self._since
+        return now
 
-def _run_of(
-    scenario: "Scenario",
-    simulation: "Simulation",
-    outcome: _Termination,
-    clock: _Clock,
-) -> Record:
-    """Return the results of a simulation that has stopped, or pauses."""
-    data = simulation.observe()
-    outcome = _judged(outcome, data)
-    record = recorded(scenario, simulation, data)
-    ended = {
-        "status": outcome.status,
-        "reason": outcome.reason,
-        "failure": outcome.failure,
-        "warnings": "\n".join(_warnings(scenario, simulation, data)),
-    }
-    return record._replace(
-        attributes=record.attributes | ended,
-        statistics=SolverStatistics(
-            *simulation.statistics(), simulation.states, clock.solving, clock.compiling
-        ),
-        checkpoint=_checkpoint(simulation, clock) if outcome.resumable else None,
-    )
+    def _watched(
+        self, on_step: "Callable[[float], Any]", on_checkpoint: "Callable[[Record], Any] | None"
+    ) -> "Callable[[float], Any]":
+        """Return an `on_step` that also looks at the memory, and writes checkpoints.
+
+        They are due every `output.checkpoint` seconds, and take at most a twentieth of the time.
+        """
+        watch, interval = MemoryWatch(), self.scenario.output.checkpoint
+        interval = CHECKPOINT_INTERVAL if interval is None else interval or inf
+        due = inf if on_checkpoint is None else perf_counter() + interval
+
+        def watched(t: float) -> None:
+            nonlocal due
+            on_step(t)
+            watch.look(t)
+            if on_checkpoint is not None and perf_counter() >= due:
+                began = self._pause()  # do not count the writing of the checkpoint
+                reason = f"checkpoint at t = {t:.9g} s"
+                record = self.record(_Termination("interrupted", reason, resumable=True))
+                # With a number that is not finite the run will fail, and nothing can continue.
+                if record.status == "interrupted":
+                    on_checkpoint(record)
+                self._since = perf_counter()
+                due = self._since + max(interval, PAUSE * (self._since - began))
+
+        return watched
+
+    def record(self, outcome: _Termination) -> Record:
+        """Return the results of a simulation that has stopped, or pauses."""
+        scenario, simulation = self.scenario, self.simulation
+        data = simulation.observe()
+        status, reason, failure, resumable = _judged(outcome, data)
+        warnings = "\n".join(_warnings(scenario, data))
+        ended = {"status": status, "reason": reason, "failure": failure, "warnings": warnings}
+        record = recorded(scenario, simulation, data)
+        return record._replace(
+            attributes=record.attributes | ended,
+            statistics=SolverStatistics(
+                *simulation.statistics(), simulation.states, self.solving, self.compiling
+            ),
+            checkpoint=self.state() if resumable else None,
+        )
 
 
 def _judged(outcome: _Termination, data: "SimulationResult") -> _Termination:
@@ -317,15 +278,7 @@ def _judged(outcome: _Termination, data: "SimulationResult") -> _Termination:
     return outcome
 
 
-def _checkpoint(simulation: "Simulation", clock: _Clock) -> "dict[str, Any] | None":
-    """Return the state to resume from; None if the backend does not support it."""
-    state = simulation.state()
-    return None if state is None else {**state, **dump_part(clock, "clock")}
-
-
-def _warnings(
-    scenario: "Scenario", simulation: "Simulation", data: "SimulationResult"
-) -> tuple[str, ...]:
+def _warnings(scenario: "Scenario", data: "SimulationResult") -> tuple[str, ...]:
     """Return the warnings about a scenario and its run, each once."""
     absent = [name for name in scenario.output.channels or () if name not in data.channels]
     missing = (

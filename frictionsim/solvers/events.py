@@ -9,15 +9,14 @@ While all coordinates are held, nothing is integrated: the state is constant, an
 looked for in what acts on the mechanism. Else the integrator takes a step, `rkf45.Step`.
 """
 
-from collections.abc import Callable
-from math import inf, nextafter, ulp
+from math import inf, ulp
 from typing import Any, NamedTuple
 
-from frictionsim.errors import Chattering, Diverged
+from frictionsim.errors import Chattering
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
+from frictionsim.solvers.loop import Loop, State, sign, smooth_step
 from frictionsim.solvers.modes import KEEPS, REFINDS, Modes, consistent, holds
-from frictionsim.solvers.recording import Recording
-from frictionsim.solvers.rkf45 import START, Step, Tolerances, in_range
+from frictionsim.solvers.rkf45 import Step
 from frictionsim.solvers.roots import bracket_root
 
 # Parts of a step at which margins are looked at; near its ends for the sign of their slopes.
@@ -31,8 +30,6 @@ RESOLUTION = 1e-12  # of the end of a motion, relative to the step
 SAME_TIME_ULPS = 2.0  # a root search stops at so many units in the last place of the time
 # So many changes of mode within this time, s, are chattering.
 CHATTERING_EVENTS, CHATTERING_WINDOW = 100, 1e-6
-# Kinetic energy above this multiple of the energy input indicates an unstable integration.
-MAX_ENERGY_RATIO = 100.0
 # A flight shorter than this number of units in the last place of time or position, over 1 - e, is
 # ignored: rounding would give the body as much speed as an impact takes.
 HIDDEN_ULPS = 16.0
@@ -57,99 +54,24 @@ class Change(NamedTuple):
 NEVER = Change(inf, KEEPS)
 
 
-class State(NamedTuple):
-    """All that a run needs to continue.
+class Events(Loop):
+    """The event-driven solver."""
 
-    Attributes
-    ----------
-    t : float, s
-    y : list of float
-        Positions, velocities, energies.
-    modes : list of int, (contacts,)
-    now : list of int, (contacts,)
-        The modes that begin at t, `KEEPS` for no change, `REFINDS` if they are to be found.
-    held : float, s
-        The last time at which the contacts held that are released at t.
-    at_stop : int
-        The direction in which an end stop is hit at t, or `LEAVES_STOP`; 0 for none.
-    step : Step
-    segment : float, s
-        Up to which the equations are smooth.
-    samples : int
-        Their number so far.
-    changes : list of float, s
-        Times of the last changes.
-    """
-
-    t: float
-    y: list[float]
-    modes: Modes
-    now: Modes
-    held: float
-    at_stop: int
-    step: Step
-    segment: float
-    samples: int
-    changes: list[float]
-
-
-class Events:
-    """The event-driven solver.
-
-    Parameters
-    ----------
-    system : System
-        The equations of motion, `frictionsim.solvers.system`.
-    tolerances : Tolerances
-    recording : Recording
-        Takes samples and events.
-    end : float, s
-    first : Step or ScipyStep
-        Before the first step, of the method.
-
-    Attributes
-    ----------
-    state : State
-        Complete between two turns: from the same state a run continues with the same bits.
-    """
-
-    def __init__(
-        self,
-        system: Any,
-        tolerances: Tolerances,
-        recording: Recording,
-        end: float,
-        first: Any = START,
-    ) -> None:
-        self.system, self.tolerances, self.recording = system, tolerances, recording
-        self.end, self._same_time = end, SAME_TIME_ULPS * ulp(end)
-        y = list(system.start)
-        modes = [TAUT if c.is_rope else _sign(_rate(system, c, y)) for c in system.contacts]
+    def __init__(self, system: Any, *others: Any) -> None:
+        super().__init__(system, *others)
+        self._same_time = SAME_TIME_ULPS * ulp(self.end)
+        y = self.state.y
+        modes = [TAUT if c.is_rope else sign(_rate(system, c, y)) for c in system.contacts]
         at_stop = 0 if system.stops is None else system.stops.struck(y[0], y[1])
         now = [REFINDS for _ in modes]
-        self.state = State(0.0, y, modes, now, inf, at_stop, first, 0.0, 0, [])
+        self.state = self.state._replace(modes=modes, now=now, held=inf, at_stop=at_stop)
 
-    def run(self, on_step: Callable[[float], object]) -> None:
-        """Integrate to the end; `on_step` is called with the time between turns.
+    def begun(self, state: State) -> State:
+        while not state.step.y or state.at_stop or state.now.count(KEEPS) < len(state.now):
+            state = self._settled(state)
+        return state
 
-        Raises
-        ------
-        SolverError
-            The state is that before the turn that failed.
-        """
-        while True:
-            state = self.state
-            while not state.step.y or state.at_stop or state.now.count(KEEPS) < len(state.now):
-                state = self.state = in_range(self._settled, state, self.tolerances)
-            if state.t >= self.end:
-                break
-            on_step(state.t)
-            self.state = in_range(self._turned, state, self.tolerances)
-        beyond = nextafter(self.end, inf)  # with the sample at the end
-        samples = self._sampled(state.samples, state.step, state.modes, beyond)
-        self.state = state._replace(samples=samples)
-
-    def _turned(self, state: State) -> State:
+    def turned(self, state: State) -> State:
         """Return the state after a step or a rest, which ends at the first change within it."""
         system, modes, step, segment = self.system, state.modes, state.step, state.segment
         at_rest, at_stop = self._is_at_rest(state), 0
@@ -178,11 +100,11 @@ class Events:
         for i, change in first.items():
             if change.time - end <= self._same_time:
                 now[i], held = change.mode, min(held, change.held)
-        samples = self._sampled(state.samples, step, modes, end)
+        samples = self.sampled(state, step, end)
         if at_stop:
             now = [REFINDS] * len(modes)
         elif crossed and end == step.t:
-            self._record_crossing(crossed, step, modes)
+            self.record_crossing(crossed, step, modes)
         y = step.at(system, modes, end)
         return State(end, y, modes, now, held, at_stop, step, segment, samples, state.changes)
 
@@ -256,7 +178,7 @@ class Events:
 
         The direction at the start may be that of a first acceleration which is roundoff.
         """
-        direction = _sign(step.y_old[1] or step.k_old[1] or step.y[1])
+        direction = sign(step.y_old[1] or step.k_old[1] or step.y[1])
         for s in (direction, -direction) if direction else ():
             turn = self._time_of_zero(step, [], 1, s)
             if turn > step.t_old:
@@ -346,20 +268,6 @@ class Events:
             lambda t: side * (step.at(system, modes, t)[0] - level), step.t_old, end
         )[1], side
 
-    def _sampled(self, samples: int, step: Step, modes: Modes, end: float) -> int:
-        """Record the samples before a time within a step, s; return their number so far."""
-        recording, system = self.recording, self.system
-        return recording.until(
-            end, samples, lambda t: recording.row(t, step.at(system, modes, t), modes)
-        )
-
-    def _record_crossing(self, crossed: tuple[str, list[float]], step: Step, modes: Modes) -> None:
-        """Record that a step ends at a surface; modes are unchanged."""
-        event, before = crossed
-        direction = _sign(step.y[1])
-        sides = [self.recording.row(step.t, y, modes) for y in (before, step.y)]
-        self.recording.event(step.t, event, (direction, direction), step.y[0], sides)
-
     def _settled(self, state: State) -> State:
         """Return the state in the modes that follow from what is released, stops or closes."""
         system, t, modes, now = self.system, state.t, state.modes, state.now
@@ -436,7 +344,7 @@ class Events:
             # The last time in the mode before is one rounding earlier if the drive jumps at t.
             before_it = [t, *recording.row(min(state.held, t), y_before, before)[1:]]
         if state.at_stop:
-            modes = (before[0], after[0]) if before else (_sign(y_before[1]), _sign(y[1]))
+            modes = (before[0], after[0]) if before else (sign(y_before[1]), sign(y[1]))
             if state.at_stop == LEAVES_STOP:
                 modes = (STICK, -self.system.stops.side(y[0]))
             recording.event(t, STOP, modes, y[0], [before_it, after_it])
@@ -485,57 +393,6 @@ def _may_dip(times: list[float], margins: list[float]) -> bool:
     return (
         middle < LOW_MARGIN * rise or slope * slope > 4.0 * (1.0 - LOW_MARGIN) * curvature * middle
     )
-
-
-def smooth_step(
-    system: Any, before: Any, modes: Modes, segment: float, tolerances: Tolerances
-) -> tuple[Any, Any]:
-    """Return the next step, which ends at the first surface that it crosses.
-
-    With it the name of the event and the state before it, if the surface is an event.
-
-    Raises
-    ------
-    BudgetExceeded, NonFinite, StepUnderflow, Diverged
-    """
-    step = before.advanced(system, modes, segment, tolerances)
-    while True:
-        ended, crossed = _cut(system, step, modes)
-        if ended is step:
-            break
-        shorter = before.repeated(ended, system, modes, segment, tolerances)
-        if shorter is None:
-            step = ended
-            break
-        step = shorter
-    kinetic, supplied = system.kinetic_and_supplied(step.y)
-    if kinetic > MAX_ENERGY_RATIO * (supplied + tolerances.atol / tolerances.rtol):
-        raise Diverged(
-            f"at t = {step.t:.9g} s the kinetic energy is {kinetic:.3g} J, but the energy input"
-            f" only {supplied:.3g} J: {tolerances.subject} diverges; give a shorter solver.step or"
-            " max_step"
-        )
-    return step, crossed
-
-
-def _cut(system: Any, step: Any, modes: Modes) -> tuple[Any, Any]:
-    """Return a step ended at the first surface that it crosses, and what `smooth_step` does."""
-    crossed = None
-    for surface in system.surfaces:
-        if surface.beyond(step, step.t, step.y) > 0.0:
-
-            def beyond(t: float, surface: Any = surface, step: Any = step) -> float:
-                number: float = surface.beyond(step, t, step.at(system, modes, t))
-                return number
-
-            before, after = bracket_root(beyond, step.t_old, step.t)
-            crossed = (surface.event, step.at(system, modes, before))
-            step = step.cut(system, modes, after)
-    return step, crossed if crossed and crossed[0] else None
-
-
-def _sign(x: float) -> int:
-    return (x > 0.0) - (x < 0.0)
 
 
 def _rate(system: Any, contact: Any, y: list[float]) -> float:

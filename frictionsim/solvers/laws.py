@@ -26,11 +26,9 @@ from typing import Any
 
 from frictionsim.errors import Chattering
 from frictionsim.results import BACKWARD, FORWARD, STICK
-from frictionsim.solvers.events import State, smooth_step
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
-from frictionsim.solvers.loop import Loop, sign
-from frictionsim.solvers.recording import Recording
-from frictionsim.solvers.rkf45 import START, Tolerances
+from frictionsim.solvers.loop import Loop, State, sign, smooth_step
+from frictionsim.solvers.rkf45 import Tolerances
 from frictionsim.solvers.roots import bracket_root
 
 # A step across a jump of the friction is accepted at so many units in the last place of the time:
@@ -53,18 +51,11 @@ class Law(Loop):
         As of `Loop`.
     """
 
-    def __init__(
-        self,
-        system: Any,
-        tolerances: Tolerances,
-        recording: Recording,
-        end: float,
-        first: Any = START,
-    ) -> None:
+    def __init__(self, system: Any, *others: Any) -> None:
+        super().__init__(system, *others)
         self.contact = system.friction
         system.use_friction(self.friction)
-        mode = self.mode_at_start(system.start[1])
-        super().__init__(system, tolerances, recording, end, mode, first)
+        self.state = self.state._replace(modes=[self.mode_at_start(system.start[1])])
 
     def friction(self, u: Any, q: float, v: float, s: int, applied: float) -> float:
         """Return T of a state, N m; s is the mode, or of a stage that of the step."""
@@ -75,7 +66,11 @@ class Law(Loop):
         return sign(v)
 
     def mode_of(self, t: float, y: list[float], mode: int) -> int:
+        """Return the mode of a state within a step that began in a mode."""
         return sign(y[1])
+
+    def row(self, t: float, y: list[float], modes: list[int]) -> list[float]:
+        return self.recording.row(t, y, [self.mode_of(t, y, modes[0])])
 
     def segment_until(self, t: float, y: list[float], mode: int) -> float:
         """Return until when the next steps are smooth, s."""
@@ -83,6 +78,8 @@ class Law(Loop):
         return until
 
     def begun(self, state: State) -> State:
+        if state.t < state.segment or state.t >= self.end:
+            return state
         if not state.step.y:
             state = self.at_start(self.started(state, state.y, state.modes[0]))
         segment = self.segment_until(state.t, state.y, state.modes[0])
@@ -109,8 +106,8 @@ class Law(Loop):
 
         `held` is the last time in the mode before, s, one rounding earlier if the drive jumps.
         """
-        before_it = [t, *self.row(min(held, t), y, modes[0])[1:]]
-        sides = [before_it, self.row(t, after, modes[1])]
+        before_it = [t, *self.recording.row(min(held, t), y, [modes[0]])[1:]]
+        sides = [before_it, self.recording.row(t, after, [modes[1]])]
         self.recording.event(t, self.contact.name, modes, after[0], sides)
 
 
@@ -155,7 +152,7 @@ class SetValued(Law):
         mode = self.mode_from_rest(0.0, state.y) if state.modes == [STICK] else STICK
         if mode == STICK:
             return state
-        row = self.row(0.0, state.y, mode)
+        row = self.recording.row(0.0, state.y, [mode])
         self.recording.event(0.0, self.contact.name, (STICK, mode), state.y[0], [row, row])
         return self.started(state, state.y, mode)
 

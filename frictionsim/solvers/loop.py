@@ -1,12 +1,21 @@
-"""The loop over the steps of one coordinate whose changes of mode do not end a step."""
+"""The loop over the steps of a run, and the steps, which end where the equations are not smooth.
+
+`events.Events` ends a step where a mode changes; `laws.Law` has the friction in the right-hand
+side, and `prescribed.PrescribedMotion` has no unknown force.
+"""
 
 from collections.abc import Callable
 from math import inf, nextafter
-from typing import Any
+from typing import Any, NamedTuple
 
-from frictionsim.solvers.events import State, smooth_step
+from frictionsim.errors import Diverged
+from frictionsim.solvers.modes import Modes
 from frictionsim.solvers.recording import Recording
-from frictionsim.solvers.rkf45 import START, Tolerances, in_range
+from frictionsim.solvers.rkf45 import START, Step, Tolerances, in_range
+from frictionsim.solvers.roots import bracket_root
+
+# Kinetic energy above this multiple of the energy input indicates an unstable integration.
+MAX_ENERGY_RATIO = 100.0
 
 
 def sign(x: float) -> int:
@@ -14,17 +23,53 @@ def sign(x: float) -> int:
     return (x > 0.0) - (x < 0.0)
 
 
+class State(NamedTuple):
+    """All that a run needs to continue.
+
+    Attributes
+    ----------
+    t : float, s
+    y : list of float
+        Positions, velocities, energies.
+    modes : list of int, (contacts,)
+    now : list of int, (contacts,)
+        The modes that begin at t, `KEEPS` for no change, `REFINDS` if they are to be found.
+    held : float, s
+        The last time at which the contacts held that are released at t.
+    at_stop : int
+        The direction in which an end stop is hit at t, or `LEAVES_STOP`; 0 for none.
+    step : Step
+    segment : float, s
+        Up to which the equations are smooth.
+    samples : int
+        Their number so far.
+    changes : list of float, s
+        Times of the last changes.
+    """
+
+    t: float
+    y: list[float]
+    modes: Modes
+    now: Modes
+    held: float
+    at_stop: int
+    step: Step
+    segment: float
+    samples: int
+    changes: list[float]
+
+
 class Loop:
-    """The loop over steps, which end where the equations are not smooth, and the samples in them.
+    """The loop over steps, and the samples in them.
 
     Parameters
     ----------
-    system : OneCoordinate
+    system : System
+        The equations of motion, `frictionsim.solvers.system`.
     tolerances : Tolerances
     recording : Recording
+        Takes samples and events.
     end : float, s
-    mode : int
-        At the start.
     first : Step or ScipyStep
         Before the first step, of the method.
 
@@ -33,7 +78,7 @@ class Loop:
     equations : System
         What is integrated.
     state : State
-        As of `events.Events`.
+        Complete between two turns: from the same state a run continues with the same bits.
     """
 
     def __init__(
@@ -42,15 +87,14 @@ class Loop:
         tolerances: Tolerances,
         recording: Recording,
         end: float,
-        mode: int,
         first: Any = START,
     ) -> None:
         self.system, self.tolerances, self.recording, self.end = system, tolerances, recording, end
         self.equations = system
-        self.state = State(0.0, list(system.start), [mode], [], 0.0, 0, first, 0.0, 0, [])
+        self.state = State(0.0, list(system.start), [], [], 0.0, 0, first, 0.0, 0, [])
 
     def begun(self, state: State) -> State:
-        """Return the state with the end of the segment that begins there."""
+        """Return the state with what begins at its time: modes, and a segment of smooth steps."""
         raise NotImplementedError
 
     def step(self, state: State) -> tuple[Any, Any]:
@@ -61,42 +105,92 @@ class Loop:
         """Return the state after a step, whose samples are taken: its mode may change."""
         return state
 
-    def mode_of(self, t: float, y: list[float], mode: int) -> int:
-        """Return the mode of a sample at a time, s, within a step that began in a mode."""
-        return mode
-
-    def row(self, t: float, y: list[float], mode: int) -> list[float]:
-        """Return the row of a state in a mode."""
-        return self.recording.row(t, y, [mode])
+    def row(self, t: float, y: list[float], modes: Modes) -> list[float]:
+        """Return the row of a state within a step that began in these modes."""
+        return self.recording.row(t, y, modes)
 
     def run(self, on_step: Callable[[float], object]) -> None:
-        """Integrate to the end; `on_step` is called with the time between steps."""
-        state = self.state
-        while state.t < self.end:
-            if state.t >= state.segment:
-                state = self.state = in_range(self.begun, state, self.tolerances)
+        """Integrate to the end; `on_step` is called with the time between turns.
+
+        Raises
+        ------
+        SolverError
+            The state is that before the turn that failed.
+        """
+        while True:
+            state = self.state = in_range(self.begun, self.state, self.tolerances)
+            if state.t >= self.end:
+                break
             on_step(state.t)
-            state = self.state = in_range(self._advanced, state, self.tolerances)
+            self.state = in_range(self.turned, state, self.tolerances)
         beyond = nextafter(self.end, inf)  # with the sample at the end
-        self.state = state._replace(samples=self._sampled(state, state.step, beyond))
+        self.state = state._replace(samples=self.sampled(state, state.step, beyond))
 
-    def _sampled(self, state: State, step: Any, end: float) -> int:
-        """Record the samples before a time, s, within a step; return their number so far."""
-        modes = state.modes
-
-        def row(t: float) -> list[float]:
-            y = step.at(self.equations, modes, t)
-            return self.row(t, y, self.mode_of(t, y, modes[0]))
-
-        return self.recording.until(end, state.samples, row)
-
-    def _advanced(self, state: State) -> State:
+    def turned(self, state: State) -> State:
         """Return the state after the next step."""
         step, crossed = self.step(state)
-        samples = self._sampled(state, step, step.t)
+        samples = self.sampled(state, step, step.t)
         if crossed:
-            name, before = crossed
-            t, direction, mode = step.t, sign(step.y[1]), state.modes[0]
-            sides = [self.row(t, y, self.mode_of(t, y, mode)) for y in (before, step.y)]
-            self.recording.event(t, name, (direction, direction), step.y[0], sides)
+            self.record_crossing(crossed, step, state.modes)
         return self.ended(state._replace(t=step.t, y=step.y, samples=samples, step=step), step)
+
+    def sampled(self, state: State, step: Any, end: float) -> int:
+        """Record the samples before a time, s, within a step; return their number so far."""
+        equations, modes = self.equations, state.modes
+        return self.recording.until(
+            end, state.samples, lambda t: self.row(t, step.at(equations, modes, t), modes)
+        )
+
+    def record_crossing(self, crossed: tuple[str, list[float]], step: Any, modes: Modes) -> None:
+        """Record that a step ends at a surface, with the state before it."""
+        name, before = crossed
+        direction = sign(step.y[1])
+        sides = [self.row(step.t, y, modes) for y in (before, step.y)]
+        self.recording.event(step.t, name, (direction, direction), step.y[0], sides)
+
+
+def smooth_step(
+    system: Any, before: Any, modes: Modes, segment: float, tolerances: Tolerances
+) -> tuple[Any, Any]:
+    """Return the next step, which ends at the first surface that it crosses.
+
+    With it the name of the event and the state before it, if the surface is an event.
+
+    Raises
+    ------
+    BudgetExceeded, NonFinite, StepUnderflow, Diverged
+    """
+    step = before.advanced(system, modes, segment, tolerances)
+    while True:
+        ended, crossed = _cut(system, step, modes)
+        if ended is step:
+            break
+        shorter = before.repeated(ended, system, modes, segment, tolerances)
+        if shorter is None:
+            step = ended
+            break
+        step = shorter
+    kinetic, supplied = system.kinetic_and_supplied(step.y)
+    if kinetic > MAX_ENERGY_RATIO * (supplied + tolerances.atol / tolerances.rtol):
+        raise Diverged(
+            f"at t = {step.t:.9g} s the kinetic energy is {kinetic:.3g} J, but the energy input"
+            f" only {supplied:.3g} J: {tolerances.subject} diverges; give a shorter solver.step or"
+            " max_step"
+        )
+    return step, crossed
+
+
+def _cut(system: Any, step: Any, modes: Modes) -> tuple[Any, Any]:
+    """Return a step ended at the first surface that it crosses, and what `smooth_step` does."""
+    crossed = None
+    for surface in system.surfaces:
+        if surface.beyond(step, step.t, step.y) > 0.0:
+
+            def beyond(t: float, surface: Any = surface, step: Any = step) -> float:
+                number: float = surface.beyond(step, t, step.at(system, modes, t))
+                return number
+
+            before, after = bracket_root(beyond, step.t_old, step.t)
+            crossed = (surface.event, step.at(system, modes, before))
+            step = step.cut(system, modes, after)
+    return step, crossed if crossed and crossed[0] else None

@@ -13,10 +13,7 @@ from math import inf, nextafter
 from typing import Any
 
 from frictionsim.results import STICK
-from frictionsim.solvers.events import State
-from frictionsim.solvers.loop import Loop, sign
-from frictionsim.solvers.recording import Recording
-from frictionsim.solvers.rkf45 import Tolerances
+from frictionsim.solvers.loop import Loop, State, sign
 from frictionsim.solvers.roots import bracket_root
 from frictionsim.solvers.system import OneCoordinate
 
@@ -34,12 +31,10 @@ class PrescribedMotion(Loop):
         As of `Loop`.
     """
 
-    def __init__(
-        self, system: OneCoordinate, tolerances: Tolerances, recording: Recording, end: float
-    ) -> None:
-        super().__init__(system, tolerances, recording, end, STICK)
+    def __init__(self, system: OneCoordinate, *others: Any) -> None:
+        super().__init__(system, *others)
         self.equations, self.coordinates, self.surfaces = self, 1, system.surfaces
-        self._segment = 0.0
+        self.state, self._segment = self.state._replace(modes=[STICK]), 0.0
 
     def motion(self, t: float, q: float, s: int) -> tuple[float, float, float, float]:
         """Return the torque of the drive, N m, velocity, friction, N m, and acceleration."""
@@ -54,7 +49,7 @@ class PrescribedMotion(Loop):
     def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         """Return dy/dt."""
         u, v, friction, a = self.motion(t, y[0], modes[0])
-        powers = self.system.sums(u, y[0], v)[2:]
+        powers = self.system.powers(u, y[0], v)
         heat = [] if self.system.friction is None else [-friction * v]
         return [v, a, *powers, *heat]
 
@@ -73,26 +68,28 @@ class PrescribedMotion(Loop):
 
     def begun(self, state: State) -> State:
         """Return the state in the direction of the next segment; record a change of it."""
+        if state.t < state.segment or state.t >= self.end:
+            return state
         system, t, (q, _, *energies) = self.system, state.t, state.y
         # The velocity is the given one, without the errors of its integral.
         y = [q, system.drive(t), *energies]
-        before = self.row(t, y, state.modes[0]) if state.step.y else []
+        before = self.row(t, y, state.modes) if state.step.y else []
         self._segment = segment = _segment_end(system.drive, t, self.end)
         mode = sign(system.drive(0.5 * (t + segment)))
         step = state.step.started(self, [mode], t, y, self.tolerances)
         if before and mode != state.modes[0]:
             name = DRIVE if system.friction is None else system.friction.name
             change = (state.modes[0], mode)
-            self.recording.event(t, name, change, q, [before, self.row(t, y, mode)])
+            self.recording.event(t, name, change, q, [before, self.row(t, y, [mode])])
         return state._replace(y=y, modes=[mode], step=step, segment=segment)
 
     def step(self, state: State) -> tuple[Any, Any]:
         self._segment = state.segment
         return super().step(state)
 
-    def row(self, t: float, y: list[float], mode: int) -> list[float]:
-        shown = [] if self.system.friction is None else [mode]
-        return [t, y[0], self.system.drive(t), *y[2:], *self.recorded(t, y, [mode]), *shown]
+    def row(self, t: float, y: list[float], modes: list[int]) -> list[float]:
+        shown = [] if self.system.friction is None else modes
+        return [t, y[0], self.system.drive(t), *y[2:], *self.recorded(t, y, modes), *shown]
 
 
 def _segment_end(drive: Any, t: float, end: float) -> float:

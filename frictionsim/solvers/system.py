@@ -23,7 +23,6 @@ from frictionsim.scenario.schema import TRANSITION_SPEED
 from frictionsim.solvers.roots import bracket_root
 
 Acting = Any  # what acts on a mechanism at an instant
-Sums = Callable[[Any, float, float], list[float]]  # see `_sums_of`
 DryFriction = Callable[[Any, float, float, int, float], float]
 INPUT, IMPACT, FRICTION = "energy_input", "energy_impact", "energy_friction"
 EQUATION = "the equation of motion of this kind of mechanism, which its author has to mend"
@@ -56,16 +55,10 @@ class Friction(NamedTuple):
     """Dry friction along the coordinate.
 
     The limits are not negative. The kinetic one must not exceed the static one at v = 0, or
-    a contact that breaks away would not move, and the run ends with a SolverError.
-
-    The kinetic limit may depend on the speed, as by a Stribeck curve: between surfaces it is then a
-    smooth function of v for each direction s. It may depend on the torques, since the load of a
-    contact may depend on the acceleration
-
-        dv/dt = (applied - s kinetic)/inertia,
-
-    which such a limit satisfies. Direction and velocity are arguments of their own, as v is 0 where
-    a slip begins and ends, and may have the wrong sign by rounding.
+    a contact that breaks away would not move, and the run ends with a SolverError. For each
+    direction s it is smooth in v between surfaces. It may depend on the torques, since the load of
+    a contact may depend on the acceleration dv/dt = (applied - s kinetic)/inertia. v is 0 where a
+    slip begins and ends, and may have the wrong sign by rounding.
 
     Attributes
     ----------
@@ -77,9 +70,8 @@ class Friction(NamedTuple):
         Kinetic limit of (u, q, v, s, applied), N m: s is the direction of the slip, +1 or -1, and
         `applied` the sum of the torques of all terms, N m.
     roundoff : callable
-        Of (u, q), N m: smaller differences of torque and static limit count as equal, and the
-        contact holds. Some 10 units in the last place of the numbers that torque and limit are
-        sums of.
+        Of (u, q), N m: up to it a torque beyond the static limit is held. Some 10 units in the last
+        place of the numbers that torque and limit are sums of.
     law : str
         A name in `frictionsim.scenario.methods`.
     transition_speed : float, rad/s
@@ -120,6 +112,10 @@ class EndStops(NamedTuple):
             return FORWARD
         return BACKWARD if q <= self.lowest else STICK
 
+    def takes(self, q: float, v: float, torque: float) -> bool:
+        """Return whether a stop takes a torque, N m: it presses a body at rest to it."""
+        return v == 0.0 and self.side(q) * torque > 0.0
+
     def struck(self, q: float, v: float) -> int:
         """Return the direction of the stop that a body is beyond, or at and moving into; else 0."""
         side = self.side(q)
@@ -134,11 +130,7 @@ class EndStops(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """A contact of a system: its name, its coordinate, and whether it is a rope.
-
-    The coordinate of dry friction is its slip. That of a rope, which pulls and does not push, is
-    its gap: zero while it is taut, positive while it is slack.
-    """
+    """A contact of a system; its coordinate is its slip, of a rope its gap, zero while taut."""
 
     name: str
     coordinate: int = 0
@@ -150,9 +142,8 @@ class System(Protocol):
 
     The state y has n positions, their velocities, and the energies that are integrated, in SI
     units; rates do not depend on the energies. Modes are those of the contacts: FORWARD, STICK
-    and BACKWARD of dry friction, TAUT and SLACK of a rope, from `frictionsim.results`. Without end
-    stops, `stops` is None, and `rests_on_stop` and `departure` are not called; nor is `impact`
-    without ropes.
+    and BACKWARD of dry friction, TAUT and SLACK of a rope, from `frictionsim.results`. `impact` is
+    of ropes, `rests_on_stop` and `departure` are of end stops.
 
     Attributes
     ----------
@@ -289,20 +280,19 @@ class OneCoordinate:
         self.contacts = () if friction is None else (Contact(friction.name),)
         self.energies = _energies_of(terms, stops is not None, friction is not None)
         self.start = [*start, *[0.0 for _ in self.energies]]
-        self._sums_between_stops = self.sums = _sums_of(terms)
         if stops is not None:
-            self.sums = _with_stops(self.sums, stops)
             self.impact_heat = 2 + self.energies.index(IMPACT)
         self._heat_of_friction = [2 + i for i, name in enumerate(self.energies) if name == FRICTION]
         self._potentials = [term.potential for term in terms if term.potential]
         self._potential_at_start = self.potential(start[0])
-        if friction is not None:
-            kinetic = friction.kinetic
-            self.use_friction(
-                lambda u, q, v, s, applied: (
-                    -applied if s == STICK else -s * kinetic(u, q, v, s, applied)
-                )
-            )
+        storing = [term.torque for term in terms if term.potential]
+        self._constant = sum([torque for torque in storing if not callable(torque)])
+        self._varying = [torque for torque in storing if callable(torque)]
+        (self._driving,) = [_function(term.torque) for term in terms if term.energy == INPUT]
+        losing = [term.torque for term in terms if term.energy not in ("", INPUT)]
+        self._losing = [_function(torque) for torque in losing]
+        self._further = [*self._varying, *self._losing]
+        self.use_friction(None)
         self.columns = (
             *("angle", "angular_velocity", *self.energies, "angular_acceleration"),
             *("energy_kinetic", *(["energy_potential"] if self._potentials else [])),
@@ -316,46 +306,86 @@ class OneCoordinate:
         return self.drive(t) if self._acting is None else self._acting(t, q, v)
 
     def torque(self, u: Acting, q: float, v: float) -> float:
-        """Return the sum of all torques except dry friction, N m."""
-        return self.sums(u, q, v)[1]
+        """Return the sum of all torques except dry friction, N m; of stops, too, for a body there.
 
-    def use_friction(self, dry_friction: DryFriction) -> None:
-        """Replace T: of (u, q, v, s, applied) with the mode s, N m."""
-        self.dry_friction = dry_friction
-        drive, acting, sums, inertia = self.drive, self._acting, self.sums, self.inertia
+        A stop takes the whole torque that presses a body at rest to it.
+        """
+        applied = self.torque_between_stops(u, q, v)
+        stops = self.stops
+        return 0.0 if stops is not None and stops.takes(q, v, applied) else applied
+
+    def torque_between_stops(self, u: Acting, q: float, v: float) -> float:
+        """Return the sum of all torques except dry friction and those of stops, N m."""
+        applied: float = self._driving(u, q, v) + self._constant
+        for torque in self._further:
+            applied += torque(u, q, v)
+        return applied
+
+    def powers(self, u: Acting, q: float, v: float) -> list[float]:
+        """Return the powers of the energies but for stops and dry friction, W."""
+        return [self._driving(u, q, v) * v, *[-torque(u, q, v) * v for torque in self._losing]]
+
+    def use_friction(self, law: DryFriction | None) -> None:
+        """Replace T: of (u, q, v, s, applied) with the mode s, N m; None for that of the modes."""
+        self._law = law
+        drive, acting, stops, inertia = self.drive, self._acting, self.stops, self.inertia
+        driving, constant = self._driving, self._constant
+        varying, losing, has_contact = self._varying, self._losing, self.friction is not None
+        kinetic: Any = self.friction and self.friction.kinetic
 
         def rates(t: float, y: list[float], modes: list[int]) -> list[float]:
+            # All in one function: it takes most of the time of a run.
             q, v = y[0], y[1]
             u = drive(t) if acting is None else acting(t, q, v)
-            rates = sums(u, q, v)
-            applied = rates[1]
-            friction = dry_friction(u, q, v, modes[0], applied)
-            rates[1] = (applied + friction) / inertia
-            rates.append(-friction * v)
+            given = driving(u, q, v)
+            applied = given + constant
+            for torque in varying:
+                applied += torque(u, q, v)
+            rates = [v, 0.0, given * v]
+            for torque in losing:
+                loss = torque(u, q, v)
+                applied += loss
+                rates.append(-loss * v)
+            if stops is not None:
+                applied = 0.0 if stops.takes(q, v, applied) else applied
+                rates.append(0.0)
+            if has_contact:
+                s = modes[0]
+                if law is not None:
+                    T = law(u, q, v, s, applied)
+                else:
+                    T = -s * kinetic(u, q, v, s, applied) if s else -applied
+                rates.append(-T * v)
+                applied += T
+            rates[1] = applied / inertia
             return rates
 
         self.rates = rates  # type: ignore[method-assign]
 
     def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
-        q, v = y[0], y[1]
-        rates = self.sums(self.acting(t, q, v), q, v)
-        rates[1] /= self.inertia
-        return rates
+        raise NotImplementedError  # `use_friction` sets it
 
     def margins(
         self, t: float, y: list[float], modes: list[int]
     ) -> list[tuple[float, float, float]]:
         return [self._margins_at_rest(self.acting(t, y[0], 0.0), y[0])]
 
+    def dry_friction(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
+        """Return T in the mode s, N m."""
+        if self._law is not None:
+            return self._law(u, q, v, s, applied)
+        friction: Any = self.friction
+        return -applied if s == STICK else -s * friction.kinetic(u, q, v, s, applied)
+
     def _margins_at_rest(self, u: Acting, q: float) -> tuple[float, float, float]:
         friction: Any = self.friction
-        torque, limit = self.sums(u, q, 0.0)[1], friction.static(u, q)
+        torque, limit = self.torque(u, q, 0.0), friction.static(u, q)
         return limit - torque, limit + torque, friction.roundoff(u, q)
 
     def recorded(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         q, v = y[0], y[1]
         u = self.acting(t, q, v)
-        applied = self.sums(u, q, v)[1]
+        applied = self.torque(u, q, v)
         friction = self.dry_friction(u, q, v, modes[0], applied) if modes else 0.0
         return self.numbers(t, u, (q, v, (applied + friction) / self.inertia), friction)
 
@@ -433,7 +463,7 @@ class OneCoordinate:
     def _away(self, t: float, q: float) -> float:
         """Return the torque away from the stop at which a body rests, N m."""
         u = self.acting(t, q, 0.0)
-        torque = self._sums_between_stops(u, q, 0.0)[1]
+        torque = self.torque_between_stops(u, q, 0.0)
         return -self.stops.side(q) * torque  # type: ignore[union-attr]
 
     def departure(self, t: float, y: list[float], end: float) -> tuple[float, bool]:
@@ -472,47 +502,6 @@ def _energies_of(terms: Sequence[Term], has_stops: bool, has_friction: bool) -> 
             " of those with one name, or give them others"
         )
     return names
-
-
-def _sums_of(terms: Sequence[Term]) -> Sums:
-    """Return a function of (u, q, v): what the rates begin with.
-
-    It returns the velocity, the sum of the torques, N m, in the place of the acceleration, and the
-    powers of the energies, W.
-    """
-    (driving,) = [_function(term.torque) for term in terms if term.energy == INPUT]
-    storing = [term.torque for term in terms if term.potential]
-    constant = sum([torque for torque in storing if not callable(torque)])
-    varying = [torque for torque in storing if callable(torque)]
-    losing = [_function(term.torque) for term in terms if term.energy not in ("", INPUT)]
-
-    def sums(u: Acting, q: float, v: float) -> list[float]:
-        given = driving(u, q, v)
-        applied = given + constant
-        for torque in varying:
-            applied += torque(u, q, v)
-        sums = [v, 0.0, given * v]
-        for torque in losing:
-            loss = torque(u, q, v)
-            applied += loss
-            sums.append(-loss * v)
-        sums[1] = applied
-        return sums
-
-    return sums
-
-
-def _with_stops(sums: Sums, stops: EndStops) -> Sums:
-    """Return `sums` with the torque of a stop on which the body rests, and no power of impacts."""
-
-    def sums_with_stops(u: Acting, q: float, v: float) -> list[float]:
-        numbers = sums(u, q, v)
-        if v == 0.0 and stops.side(q) * numbers[1] > 0.0:
-            numbers[1] = 0.0
-        numbers.append(0.0)
-        return numbers
-
-    return sums_with_stops
 
 
 def _function(torque: Callable[[Any, float, float], float] | float) -> Any:

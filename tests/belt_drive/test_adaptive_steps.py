@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionsim.results import Record
-from frictionsim.solvers import runge_kutta_fehlberg as rkf
+from frictionsim.solvers import rkf45 as rkf
 from tests.support.belt_kernels import BeltModel, assemble, compiled, rkf45, stepper_of
 from tests.support.belt_scenarios import pair, scenario_of, shipped
 from tests.support.belt_waves import waves

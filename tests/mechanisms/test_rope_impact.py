@@ -279,24 +279,6 @@ def test_a_shaft_that_locks_stays_at_rest_with_the_other_body() -> None:
             assert after == After(0.0, 0.5, 0.0, pytest.approx(0.75 * 10.0), 0.0)
 
 
-def test_without_friction_of_the_shaft_momentum_about_the_axis_is_kept() -> None:
-    for case in cases()[:60]:
-        n = case.n._replace(r_s=0.0, r_k=0.0)
-        r, (m, other) = n.r, case.masses
-        modes = (SLACK, TAUT) if case.side == 0 else (TAUT, SLACK)
-        gaps = [case.w, case.v[0] - r * case.w, case.v[1] + r * case.w]
-        gaps[2 - case.side] = 0.0
-        velocity, heats = struck(n, False, case.side, gaps, modes, case.e)
-        turning = n.inertia + other * r * r
-        closing = gaps[1 + case.side]
-        mobility = 1.0 / m + r * r / turning
-        change = case.sign * r * (1.0 + case.e) * closing / (mobility * turning)
-        assert velocity[0] == pytest.approx(case.w + change, rel=1e-11, abs=1e-12)
-        assert velocity[1 + case.side] == pytest.approx(-case.e * closing, rel=1e-13)
-        loss = 0.5 * (1.0 - case.e**2) * closing**2 / mobility
-        assert heats[case.side] == pytest.approx(loss, rel=1e-12)
-
-
 def test_the_speed_decides_about_the_direction_and_not_the_mode_before() -> None:
     n = numbers(0.3, 1.0, (20.0, 30.0), 0.1, 0.1)
     one, other = (

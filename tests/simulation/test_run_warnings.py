@@ -160,14 +160,6 @@ def test_warns_of_an_interval_too_long_for_loads_that_turn(
     assert not warnings_with(simulate(changed(data, output__interval=0.015)), TURN)
 
 
-def test_a_body_that_stays_within_a_tenth_of_a_turn_is_resolved() -> None:
-    lever = {**WEIGHT, "point": [0.05, 0.0]}
-    for highest, due in ((35.0, False), (37.0, True)):
-        stops = {"lowest_angle_deg": 0.0, "highest_angle_deg": highest, "restitution": 0.5}
-        data = changed(COAST, forces=[lever], effects__end_stops=stops, output__interval=0.02)
-        assert bool(warnings_with(simulate(data), TURN)) is due
-
-
 def test_regularised_friction_gets_no_stick_slip_warning() -> None:
     data = pulley(
         drive__force={"sine": {"mean": LOAD, "amplitude": 900.0, "frequency_hz": 2.0}},

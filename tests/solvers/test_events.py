@@ -1,19 +1,18 @@
-"""The event-driven loop by name: closed forms, order of its method, states between turns."""
+"""The event-driven loop by name: states between turns, several contacts, ropes, surfaces."""
 
 from collections.abc import Callable
-from math import cos, exp, inf, pi, sin, sqrt
+from math import exp, inf, pi
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from frictionsim.errors import BudgetExceeded, InputError, SolverError
 from frictionsim.mechanisms.single_dof import MultiplesOf
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 from frictionsim.scenario.signals import Constant, linear
-from frictionsim.solvers.events import Events, State
+from frictionsim.solvers.events import Events
+from frictionsim.solvers.loop import State
 from frictionsim.solvers.modes import KEEPS, consistent
 from frictionsim.solvers.recording import Recording
 from frictionsim.solvers.rkf45 import Tolerances
@@ -31,55 +30,6 @@ def block(drive: Any, *terms: Term, start: tuple[float, float] = (0.0, 0.0)) -> 
     )
     terms = (Term(lambda u, q, v: u, INPUT), *terms)
     return OneCoordinate(drive, None, 2.0, terms, friction, start=start)
-
-
-def test_a_block_under_a_growing_force_breaks_away_at_its_limit_and_moves_by_a_cubic() -> None:
-    """3 t = 6 at 2 s; then 2 x'' = 3 t - 4: the method is exact for a cubic, but for rounding."""
-    solver = solved(block(linear([0.0, 10.0], [0.0, 30.0])), 5.0)
-    (event,) = solver.recording.transitions
-    assert (event.contact, event.mode_from, event.mode_to) == ("floor", STICK, FORWARD)
-    assert event.time == pytest.approx(2.0, rel=1e-15)
-    moved = 3.0  # s
-    v = (3.0 * moved**2 / 2.0 + 2.0 * moved) / 2.0
-    x = (3.0 * moved**3 / 6.0 + 2.0 * moved**2 / 2.0) / 2.0
-    assert solver.state.y[:2] == pytest.approx([x, v], rel=1e-13)
-    work, heat = solver.state.y[2:]
-    assert heat == pytest.approx(4.0 * x, rel=1e-12)
-    assert work == pytest.approx(v**2 + 4.0 * x, rel=1e-12)
-
-
-@given(st.floats(0.1, 50.0))
-def test_a_sliding_block_comes_to_rest_as_constant_friction_stops_it(speed: float) -> None:
-    stop = 2.0 * speed / 4.0
-    solver = solved(block(Constant(0.0), start=(0.0, speed)), 2.0 * stop)
-    (event,) = solver.recording.transitions
-    assert event.time == pytest.approx(stop, rel=1e-12)
-    assert solver.state.y[:2] == [pytest.approx(0.5 * speed * stop, rel=1e-12), 0.0]
-
-
-def test_a_block_on_a_spring_swings_until_its_force_is_within_the_limit() -> None:
-    """k = 8 N/m: each half swing ends 2 * 4/8 = 1 m nearer: from 3.2 m at -2.2, 1.2, -0.2 m."""
-    spring = Term(lambda u, q, v: -8.0 * q, potential=lambda q: 4.0 * q * q)
-    solver = solved(block(Constant(0.0), spring, start=(3.2, 0.0)), 10.0)
-    half = pi / sqrt(8.0 / 2.0)
-    turns = [e.time for e in solver.recording.transitions if e.time > 0.0]
-    assert turns == pytest.approx([half, 2.0 * half, 3.0 * half], rel=1e-11)
-    # Where 8 * 0.2 N is within 6 N.
-    assert solver.state.y[0] == pytest.approx(-0.2, rel=1e-10)
-    assert solver.state.modes == [STICK]
-
-
-def test_its_method_is_of_the_fifth_order() -> None:
-    """A free oscillator by steps of one length: its error falls by 2^5 as they are halved."""
-    spring = Term(lambda u, q, v: -2.0 * q, potential=lambda q: q * q)
-    errors = []
-    for step in (0.1, 0.05, 0.025):
-        terms = (Term(0.0, INPUT), spring)
-        system = OneCoordinate(Constant(0.0), None, 2.0, terms, None, start=(1.0, 0.0))
-        y = solved(system, 4.0, Tolerances(1e-6, 1e-9, fixed_step=step)).state.y
-        errors.append(np.hypot(y[0] - cos(4.0), y[1] + sin(4.0)))
-    orders = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert orders == pytest.approx([5.0, 5.0], abs=0.3)  # of the next order, a tenth at these steps
 
 
 def test_from_each_state_between_turns_a_run_continues_to_the_same_bits() -> None:

@@ -8,8 +8,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow
-from frictionsim.solvers.rkf45 import START, Step, Tolerances
-from frictionsim.solvers.runge_kutta_fehlberg import E6
+from frictionsim.solvers.rkf45 import E6, START, Step, Tolerances
 from tests.support.problems import CORD_RADIUS, DRAG, INERTIA, LOAD, R_K, R_S
 from tests.support.wheels import signal, solved, wheel
 

@@ -1,7 +1,7 @@
 """Adaptive RKF4(5) for belt drives, compiled, with set-valued friction in the right-hand side.
 
 The stages, the error estimate and the choice of steps are those of
-`frictionsim.solvers.runge_kutta_fehlberg`; the loop around them works on arrays without allocation.
+`frictionsim.solvers.rkf45`; the loop around them works on arrays without allocation.
 The solution that is propagated is y5 + s (y5 - y4), s = DISSIPATION, of order 4: it takes energy
 out of every wave that a step resolves, where Fehlberg's solution of order 5 puts energy in
 (`stability.md` in this folder). A step is never longer than the waves in the belt allow: error
@@ -16,7 +16,7 @@ from frictionsim.errors import NonFinite, StepUnderflow
 from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Indices, Line, aligned
 from frictionsim.mechanisms.belt_drive.kernels import copy, rhs, search, update_modes
 from frictionsim.mechanisms.belt_drive.numba_kinds import kernel, loop, part
-from frictionsim.solvers import runge_kutta_fehlberg as rkf
+from frictionsim.solvers import rkf45 as rkf
 from frictionsim.solvers import stepper
 from frictionsim.solvers.stepper import MIN_ERROR_NORM
 

@@ -1,4 +1,18 @@
-"""The equation of motion of a pulley without masses on its cord."""
+"""A pulley on a dry fixed shaft: a force P on the cord lifts, holds or lowers a load W.
+
+    I dw/dt = (P - W) r_e - b w + T,    |T| <= r_s R sticking,    T = -s r_k R sliding [1]_
+
+theta > 0 lifts the load. The reaction of the shaft is R = |P + W| with P vertical and
+sqrt(P^2 + W^2) with P horizontal. W and P are forces: as in the paper, the equation neglects the
+inertia of the load, its effect on the cord tension, and the weight of the pulley. A torque on the
+pulley may take the place of the force P. Masses on the cord, which may then fall slack or slip,
+are in `masses`.
+
+References
+----------
+.. [1] "Analysis of friction systems on shafts", Int. J. Applied Engineering Research 13(11),
+   2018, 8871-8881, eqs 24 and 49-52.
+"""
 
 from collections.abc import Callable
 from math import hypot, sqrt
@@ -14,12 +28,7 @@ from frictionsim.solvers.system import INPUT, OneCoordinate, Term
 
 
 def build(scenario: PulleyScenario) -> Any:
-    """Return the mechanism, composed of the effects in the scenario.
-
-    A force P on the cord, which carries the load W, or a torque tau on the pulley, where P is zero:
-
-        I w' = P r_e - W r_e - b w + T,    R = |P + W|, or sqrt(P^2 + W^2) of a horizontal P
-    """
+    """Return the mechanism, composed of the effects in the scenario."""
     if scenario.effects.hanging_masses is not None:
         from frictionsim.mechanisms.pulley.masses import mechanism_with_masses
 

@@ -29,13 +29,13 @@ References
 """
 
 from collections.abc import Callable, Sequence
-from math import radians
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
 from frictionsim.mechanisms.pulley.rope_impact import shock
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
+from frictionsim.mechanisms.single_dof import start_of
 from frictionsim.results import FORWARD, SLACK, STICK, Check, Quantity, Transition
 from frictionsim.scenario.signal_tables import extremes
 from frictionsim.simulation.mechanism import ContactColumns, Mechanism, Samples
@@ -51,6 +51,25 @@ TENSIONS = ("rope_tension_car", "rope_tension_counterweight")
 # A tension at the located start of slack is below zero by the roundoff of the location.
 TENSION_ROUNDOFF = 1e-12
 Margins = tuple[float, float, float]
+
+
+class Balance(NamedTuple):
+    """The forces at an instant.
+
+    Attributes
+    ----------
+    u : float, N or N m
+        The drive.
+    a : list of float
+        Accelerations of the coordinates.
+    T, t1, t2 : float, N m and N
+    """
+
+    u: float
+    a: list[float]
+    T: float
+    t1: float
+    t2: float
 
 
 class Lift:
@@ -96,11 +115,13 @@ class Lift:
     ) -> None:
         self.n, self.drive, self.first = n, drive, 1 if has_shaft else 0
         self._loads, self._shift = _loads(n, drive, has_damping), _shift(n, has_shaft)
-        powers = {INPUT: self._power_of_torque if n.by_torque else self._power_of_force}
+        powers: dict[str, Callable[[Balance, list[float]], float]] = {
+            INPUT: (lambda f, v: f.u * v[0]) if n.by_torque else self._power_of_force
+        }
         if has_damping:
-            powers["energy_damping"] = lambda u, v, T, t1, t2: n.damping * v[0] * v[0]
+            powers["energy_damping"] = lambda f, v: n.damping * v[0] * v[0]
         if has_shaft:
-            powers["energy_friction"] = lambda u, v, T, t1, t2: -T * v[0]
+            powers["energy_friction"] = lambda f, v: -f.T * v[0]
         powers[self.own_heat] = self.own_loss
         self.energies, self._powers = tuple(powers), tuple(powers.values())
         rest = [0.0 for _ in range(self.coordinates - 1)]
@@ -141,45 +162,40 @@ class Lift:
         """Return x1 and x2 of the coordinates, m; or their rates of those of the coordinates."""
         raise NotImplementedError
 
-    def own_loss(self, u: float, v: list[float], T: float, t1: float, t2: float) -> float:
+    def own_loss(self, f: Balance, v: list[float]) -> float:
         """Return the power that goes into the own heat, W."""
         raise NotImplementedError
 
-    def own_margins(self, u: float, t1: float, t2: float) -> list[Margins]:
+    def own_margins(self, f: Balance) -> list[Margins]:
         """Return the margins of the contacts other than the shaft."""
         raise NotImplementedError
 
-    def own_numbers(
-        self, modes: list[int], margins: list[Margins], t1: float, t2: float
-    ) -> list[float]:
+    def own_numbers(self, f: Balance, modes: list[int], margins: list[Margins]) -> list[float]:
         """Return what is recorded of the contacts other than the shaft."""
         raise NotImplementedError
 
-    def balance(
-        self, t: float, v: list[float], modes: list[int]
-    ) -> tuple[float, list[float], float, float, float]:
-        """Return the drive, the accelerations, T, T1 and T2."""
+    def balance(self, t: float, v: list[float], modes: list[int]) -> Balance:
+        """Return the forces, of the rates of the coordinates."""
         u, pull, torque = self._loads(t, v[0])
         shift = self._shift(modes)
         a, others, t1, t2 = self.tensions(pull, torque, shift, modes)
         T = -((t2 - t1) * self.n.r + torque) if shift is None else -shift * (t1 + t2)
-        return u, [a, *others], T, t1, t2
+        return Balance(u, [a, *others], T, t1, t2)
 
     def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         v = y[self.coordinates : 2 * self.coordinates]
-        u, a, T, t1, t2 = self.balance(t, v, modes)
-        return [*v, *a, *[power(u, v, T, t1, t2) for power in self._powers]]
+        f = self.balance(t, v, modes)
+        return [*v, *f.a, *[power(f, v) for power in self._powers]]
 
     def margins(self, t: float, y: list[float], modes: list[int]) -> list[Margins]:
-        u, _, T, t1, t2 = self.balance(t, y[self.coordinates :], modes)
-        own = self.own_margins(u, t1, t2)
+        f, n = self.balance(t, y[self.coordinates :], modes), self.n
+        own = self.own_margins(f)
         if not self.first:
             return own
-        n = self.n
-        limit, driving = n.r_s * (t1 + t2), abs(u) * (1.0 if n.by_torque else n.r)
-        tie = ROUNDING * (driving + abs(T) + n.r * (abs(t1) + abs(t2)))
+        limit, driving = n.r_s * (f.t1 + f.t2), abs(f.u) * (1.0 if n.by_torque else n.r)
+        tie = ROUNDING * (driving + abs(f.T) + n.r * (abs(f.t1) + abs(f.t2)))
         tie += 2.0 * n.r_s * self.tension_roundoff
-        return [(limit + T, limit - T, tie), *own]
+        return [(limit + f.T, limit - f.T, tie), *own]
 
     def margins_if_held(self, t: float, y: list[float], modes: list[int]) -> list[Margins]:
         """Return the margins of the dry contacts, each if it stuck and the others kept their modes.
@@ -197,16 +213,16 @@ class Lift:
     def recorded(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         n = self.coordinates
         q, v = y[:n], y[n : 2 * n]
-        u, a, T, t1, t2 = self.balance(t, v, modes)
+        f = self.balance(t, v, modes)
         x1, x2 = self.heights([q[0] - self.start[0], *q[1:]])
         v1, v2 = self.heights(v)
         margins = self.margins_if_held(t, y, modes)
-        shaft = [T, *margins[0]] if self.first else []
+        shaft = [f.T, *margins[0]] if self.first else []
         return [
-            *(a[0], u, t1 + t2, t1, t2, x1, v1, self.heights(a)[0], x2, v2),
+            *(f.a[0], f.u, f.t1 + f.t2, f.t1, f.t2, x1, v1, self.heights(f.a)[0], x2, v2),
             *self.stored(y),
             *shaft,
-            *self.own_numbers(modes, margins, t1, t2),
+            *self.own_numbers(f, modes, margins),
         ]
 
     def stored(self, y: list[float]) -> tuple[float, float]:
@@ -230,28 +246,19 @@ class Lift:
     def impact(self, i: int, y: list[float], modes: list[int]) -> list[float]:
         raise NotImplementedError  # there are no ropes
 
-    def _power_of_torque(self, u: float, v: list[float], T: float, t1: float, t2: float) -> float:
-        return u * v[0]
-
-    def _power_of_force(self, u: float, v: list[float], T: float, t1: float, t2: float) -> float:
-        return -u * self.heights(v)[1]
+    def _power_of_force(self, f: Balance, v: list[float]) -> float:
+        return -f.u * self.heights(v)[1]
 
 
 def _loads(
     n: LiftParameters, drive: "Signal", has_damping: bool
 ) -> Callable[[float, float], tuple[float, float, float]]:
     """Return a function of (t, w): the drive, P + m2 g, N, and tau - b w, N m."""
-    weight, b = n.weight_2, n.damping
+    weight, b, by_torque = n.weight_2, n.damping, n.by_torque
 
-    def by_torque(t: float, w: float) -> tuple[float, float, float]:
+    def loads(t: float, w: float) -> tuple[float, float, float]:
         u = drive(t)
-        return u, weight, u
-
-    def by_force(t: float, w: float) -> tuple[float, float, float]:
-        u = drive(t)
-        return u, weight + u, 0.0
-
-    loads = by_torque if n.by_torque else by_force
+        return (u, weight, u) if by_torque else (u, weight + u, 0.0)
 
     def damped(t: float, w: float) -> tuple[float, float, float]:
         u, pull, torque = loads(t, w)
@@ -345,16 +352,14 @@ class RopeLift(Lift):
         rim = self.n.r * q[0]
         return rim + q[1], (q[2] if self.coordinates == 3 else 0.0) - rim
 
-    def own_loss(self, u: float, v: list[float], T: float, t1: float, t2: float) -> float:
+    def own_loss(self, f: Balance, v: list[float]) -> float:
         return 0.0
 
-    def own_margins(self, u: float, t1: float, t2: float) -> list[Margins]:
+    def own_margins(self, f: Balance) -> list[Margins]:
         tie = self.tension_roundoff
-        return [(t1, 0.0, tie), (t2, 0.0, tie)][: self.coordinates - 1]
+        return [(f.t1, 0.0, tie), (f.t2, 0.0, tie)][: self.coordinates - 1]
 
-    def own_numbers(
-        self, modes: list[int], margins: list[Margins], t1: float, t2: float
-    ) -> list[float]:
+    def own_numbers(self, f: Balance, modes: list[int], margins: list[Margins]) -> list[float]:
         sides = modes[self.first :]
         return [sum([1 << side for side, mode in enumerate(sides) if mode == SLACK])]
 
@@ -413,35 +418,28 @@ class CordLift(Lift):
         x = self.n.r * q[0] + q[1]
         return x, -x
 
-    def own_loss(self, u: float, v: list[float], T: float, t1: float, t2: float) -> float:
-        return (t2 - t1) * v[1]
+    def own_loss(self, f: Balance, v: list[float]) -> float:
+        return (f.t2 - f.t1) * v[1]
 
-    def own_margins(self, u: float, t1: float, t2: float) -> list[Margins]:
-        ratio = self.n.static_ratio
+    def own_margins(self, f: Balance) -> list[Margins]:
+        ratio, t1, t2 = self.n.static_ratio, f.t1, f.t2
         tie = ROUNDING * ratio * (abs(t1) + abs(t2))
         return [((ratio - 1.0) * t1 + (t1 - t2), (ratio - 1.0) * t2 - (t1 - t2), tie)]
 
-    def own_numbers(
-        self, modes: list[int], margins: list[Margins], t1: float, t2: float
-    ) -> list[float]:
-        return [t1 - t2, *margins[-1]]
+    def own_numbers(self, f: Balance, modes: list[int], margins: list[Margins]) -> list[float]:
+        return [f.t1 - f.t2, *margins[-1]]
 
 
 def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
-    n, start, effects = scenario.lift_parameters, scenario.mechanism, scenario.effects
+    n, start, effects = scenario.lift_parameters, start_of(scenario), scenario.effects
     masses = effects.hanging_masses
     assert masses is not None  # of which it is one
-    arguments = (
-        n,
-        scenario.drive_signal,
-        (radians(start.initial_angle_deg), start.initial_angular_velocity),
-        effects.viscous_damping is not None,
-        effects.shaft_friction is not None,
-    )
+    has_effects = effects.viscous_damping is not None, effects.shaft_friction is not None
+    arguments = (n, scenario.drive_signal, start, *has_effects)
     weights = n.weight_1 + n.weight_2 + _largest_magnitude(scenario.drive.force, scenario)
     torque = _largest_magnitude(scenario.drive.torque, scenario)
-    kinetic = 0.5 * (n.inertia + (n.m1 + n.m2) * n.r**2) * start.initial_angular_velocity**2
+    kinetic = 0.5 * (n.inertia + (n.m1 + n.m2) * n.r**2) * start[1] ** 2
     system: Lift
     if effects.cord_friction is not None:
         system = CordLift(*arguments)

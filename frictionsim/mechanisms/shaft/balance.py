@@ -19,20 +19,24 @@ direction, and the body moves between them.
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from math import copysign, cos, frexp, hypot, inf, prod, radians, sin, sqrt
+from functools import lru_cache
+from math import copysign, frexp, hypot, inf, prod, radians, sqrt
 from typing import NamedTuple
 
 from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.mechanisms.shaft.equation import load_of
 from frictionsim.mechanisms.shaft.loads import (
+    ANGLE,
     COUPLE,
     Arms,
-    Triple,
+    Load,
+    acting_of,
     arms_of_weight,
-    largest_arm,
+    sizes_of,
 )
 from frictionsim.mechanisms.shaft.schema import Force, ShaftScenario
 from frictionsim.mechanisms.shaft.unknowns import Unknown
+from frictionsim.scenario.signals import Constant
 
 COUNTER_CLOCKWISE, CLOCKWISE, BOTH = 1, -1, 0
 
@@ -170,6 +174,14 @@ class Term(NamedTuple):
     factors: dict[str, float]
     table: Callable[[float], float] | None = None
 
+    @property
+    def load(self) -> Load:
+        """The load at rest."""
+        size, table = prod(self.factors.values()), self.table
+        if table is None:
+            return Load(self.arms, Constant(size))
+        return Load(self.arms, lambda q: size * table(q), ANGLE)
+
 
 def terms_of(scenario: ShaftScenario, time: float, unknown: str = "") -> Iterator[Term]:
     """Yield all loads; those that are not proportional to the unknown in two parts."""
@@ -179,7 +191,7 @@ def terms_of(scenario: ShaftScenario, time: float, unknown: str = "") -> Iterato
         for part in parts:
             key, arms = f"{name}.{part.name}", part.arms if isinstance(part, Force) else COUPLE
             load = load_of(part, arms)
-            turns = load.over == "angle"
+            turns = load.over == ANGLE
             size = {f"{key}.size": 1.0 if turns else load.at_rest(time, 0.0)}
             term = Term(arms, size, load.size if turns else None)
             if isinstance(part, Force) and unknown in (f"{key}.cord_radius", f"{key}.distance"):
@@ -219,31 +231,21 @@ def _force_and_moment(term: Term, key: str) -> Iterator[Term]:
 
 
 class Sum:
-    """The loads at rest over the angle q, rad.
-
-    The terms are those of the moment and of the friction, which a couple does not have.
-    """
+    """The loads at rest over the angle q, rad."""
 
     def __init__(self, terms: Iterable[Term], radius: float) -> None:
-        self._fixed, self._terms, self._forces, self._radius = Arms(), 0.0, 0.0, radius
-        self._tables: list[tuple[Callable[[float], float], Arms, float, float]] = []
-        for arms, factors, table in terms:
-            size, force = prod(factors.values()), any(any(triple[1:]) for triple in arms)
-            reach = abs(size) * (largest_arm(arms) + (radius if force else 0.0))
-            if table is None:
-                self._fixed = self._fixed.plus(arms.times(size))
-                self._terms, self._forces = self._terms + reach, self._forces + abs(size) * force
-            else:
-                self._tables.append((table, arms.times(size), reach, abs(size) * force))
+        loads = [term.load for term in terms]
+        self._acting, self._sizes, self._radius = acting_of(loads), sizes_of(loads, radius), radius
+        self._varying = sizes_of([load for load in loads if not load.is_constant], radius)
+        through_axis = Arms((0.0, 1.0, 0.0))
+        forces = [load._replace(arms=through_axis) for load in loads if load.arms.is_force]
+        self._forces = sizes_of(forces, 1.0)
+        self.at = lru_cache(maxsize=1)(self._at)  # asked for several times at each angle
 
-    def at(self, q: float) -> Acting:
+    def _at(self, q: float) -> Acting:
         """Return what acts at an angle; the moment is zero where its terms leave a tie."""
-        c, s = cos(q), sin(q)
-        (moment, x, y), terms = _turned(self._fixed, c, s), self._terms
-        for table, arms, reach, _ in self._tables:
-            size, (m, f_x, f_y) = table(q), _turned(arms, c, s)
-            moment, x, y = moment + size * m, x + size * f_x, y + size * f_y
-            terms += abs(size) * reach
+        _, moment, x, y, _, _ = self._acting(0.0, q, 0.0)
+        terms = self._sizes(0.0, q)
         return Acting(moment if abs(moment) > ROUNDOFF * terms else 0.0, x, y, terms)
 
     def slopes(self, q: float) -> Acting:
@@ -254,20 +256,14 @@ class Sum:
 
     def reaction(self, q: float) -> float:
         """Return the size of the resultant, N; zero where the forces leave a tie."""
-        forces = sum((abs(table(q)) * of for table, _, _, of in self._tables), self._forces)
         _, x, y, _ = self.at(q)
-        return hypot(x, y) if hypot(x, y) > ROUNDOFF * forces else 0.0
+        return hypot(x, y) if hypot(x, y) > ROUNDOFF * self._forces(0.0, q) else 0.0
 
     def vanishes(self, q: float) -> bool:
         """Return whether moment and friction vanish, also relative to those a radian beside."""
         acting = self.at(q)
-        beside = sum(abs(table(q + 1.0)) * reach for table, _, reach, _ in self._tables)
-        return _size(acting, self._radius) <= VANISHING * (acting.terms + beside)
-
-
-def _turned(arms: Arms, c: float, s: float) -> Triple:
-    (m, x, y), (m_c, x_c, y_c), (m_s, x_s, y_s) = arms
-    return m + (m_c * c + m_s * s), x + (x_c * c + x_s * s), y + (y_c * c + y_s * s)
+        terms = acting.terms + self._varying(0.0, q + 1.0)
+        return _size(acting, self._radius) <= VANISHING * terms
 
 
 class Balance:

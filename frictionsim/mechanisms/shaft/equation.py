@@ -1,4 +1,23 @@
-"""The equation of motion of a body on a shaft, as a sum of the effects in a scenario."""
+"""A rigid body on a dry fixed shaft, under any forces and couples in its plane.
+
+    I dw/dt = M - b w - k (q - q_0) + T,   |T| <= r_s R sticking,   T = -s r_k R sliding [1]_
+
+q is the angle of the body, counter-clockwise, w = dq/dt, and s the sign of w. M is the moment of
+all forces and couples about the axis and R the force between shaft and body. At rest, and without
+an eccentric mass, it is the resultant F of all forces. The centre of an eccentric mass m at the
+radius e accelerates, and the force on the shaft is F - m a, of which
+
+    R^2 = (F_t - m e dw/dt)^2 + (F_n + m e w^2)^2
+
+with the components F_t along and F_n across its path, so that friction and acceleration follow
+from one quadratic equation. An end stop is a couple on the body, and no force on the shaft: see
+`frictionsim.solvers.events`.
+
+References
+----------
+.. [1] "Analysis of friction systems on shafts", Int. J. Applied Engineering Research 13(11),
+   2018, 8871-8881, eqs 1-24 and 30.
+"""
 
 from math import cos, hypot, radians, sin, sqrt
 from sys import float_info
@@ -343,13 +362,7 @@ class Reversal:
 
 
 def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
-    """Return the equation of motion.
-
-        I dw/dt = M - k (q - q_0) - b w + T,   |T| <= r_s R sticking,   T = -s K sliding
-
-    M is the moment of loads and weights. The kinetic limit K is r_k R of the resultant R of all
-    forces, and with an eccentric mass that of `EccentricMass`.
-    """
+    """Return the equation of motion; with an eccentric mass, K of `EccentricMass` is r_k R."""
     journal, stops, eccentric = scenario.effects.shaft_friction, shaft.stops, shaft.eccentric
     friction = None
     if journal is not None:

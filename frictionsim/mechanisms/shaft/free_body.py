@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.shaft.equation import Shaft, loads_of, shaft_of
+from frictionsim.mechanisms.shaft.equation import loads_of, shaft_of
 from frictionsim.mechanisms.shaft.loads import ANGLE, SPEED, TIME
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.shaft.schema import Force, ShaftScenario
 
     Array = npt.NDArray[np.floating[Any]]
+    Pair = tuple[Array, Array]
 
 # Names with spaces, which no force or couple of a scenario has.
 WEIGHT, ECCENTRIC_WEIGHT = "weight of the body", "weight of the eccentric mass"
@@ -78,28 +79,16 @@ class FreeBody(NamedTuple):
         With the inertia force of an eccentric mass, which loads the shaft as a force does.
     couples : tuple of AppliedCouple
         With those of spring and damping.
-    moment : (n,), N m
-        Of all applied forces and couples about the axis.
-    across, up : (n,), N
-        Components of the resultant of the applied forces.
-    reaction_across, reaction_up : (n,), N
+    reaction : pair of (n,), N
         Components of the force of the shaft on the body.
-    scale : (n,), N
-        Sum of the sizes of all forces, to which a resultant is small or not.
+    reaction_vanishes : (n,) of bool
+        Whether it is nothing but rounding.
     """
 
     forces: tuple[AppliedForce, ...]
     couples: tuple[AppliedCouple, ...]
-    moment: "Array"
-    across: "Array"
-    up: "Array"
-    reaction_across: "Array"
-    reaction_up: "Array"
-    scale: "Array"
-
-    def vanishes(self, size: "Array") -> Any:
-        """Return whether a force is nothing but rounding, (n,) of bool."""
-        return np.abs(size) <= VANISHES * self.scale
+    reaction: "Pair"
+    reaction_vanishes: Any
 
 
 def channels_needed(scenario: "ShaftScenario") -> tuple[str, ...]:
@@ -122,75 +111,54 @@ def free_body(scenario: "ShaftScenario", motion: "tuple[Array, Array, Array, Arr
     derivatives count where `channels_needed` names them.
     """
     time, angle, velocity, acceleration = (np.asarray(values, dtype=float) for values in motion)
-    shaft, state = shaft_of(scenario), (time, angle, velocity)
-    zero = np.zeros_like(time)
-    forces, couples = _forces(scenario, shaft, state), _couples(scenario, shaft, state)
-    moment = sum((force.x * force.up - force.y * force.across for force in forces), zero)
-    across = sum((force.across for force in forces), zero)
-    up = sum((force.up for force in forces), zero)
-    loads = [across, up]
-    eccentric = scenario.effects.eccentric_mass
-    if eccentric is not None:
-        place = _turned((eccentric.radius, 0.0), angle + radians(eccentric.azimuth_deg))
-        # The centre of mass accelerates by a J p - w^2 p at the place p, J a quarter turn.
-        (x, y), w_2, m = place, velocity * velocity, eccentric.mass
-        inert = m * (w_2 * x + acceleration * y), m * (w_2 * y - acceleration * x)
-        size = np.hypot(*inert)
-        along = (component / np.where(size > 0.0, size, 1.0) for component in inert)
-        forces.append(AppliedForce(INERTIA_FORCE, "inertia", *place, size, *along))
-        loads = [component + part for component, part in zip(loads, inert, strict=True)]
-    return FreeBody(
-        tuple(forces),
-        tuple(couples),
-        sum((couple.size for couple in couples), moment),
-        across,
-        up,
-        -loads[0],
-        -loads[1],
-        sum((np.abs(force.size) for force in forces), zero),
-    )
-
-
-def _forces(
-    scenario: "ShaftScenario", shaft: Shaft, state: "tuple[Array, Array, Array]"
-) -> list[AppliedForce]:
-    forces = []
-    for force, load in zip(scenario.forces, shaft.loads, strict=False):
-        kind: Literal["force", "cord"] = "force" if force.cord_radius is None else "cord"
-        forces.append(_force(force.name, kind, load, _point(force, state[1]), state))
-    angle, eccentric = state[1], scenario.effects.eccentric_mass
-    zero = np.zeros_like(angle)
-    places = [(zero, zero)]
+    shaft, effects, zero = shaft_of(scenario), scenario.effects, np.zeros_like(time)
+    state, eccentric = {TIME: time, ANGLE: angle, SPEED: velocity}, effects.eccentric_mass
+    places = [(zero, zero)]  # of the weights
     if eccentric is not None:
         azimuth = angle + radians(eccentric.azimuth_deg)
         places.append(_turned((eccentric.radius, 0.0), azimuth))
-    named = zip((WEIGHT, ECCENTRIC_WEIGHT), shaft.weights, places, strict=False)
-    forces += [_force(name, "weight", load, place, state) for name, load, place in named]
-    return [force for force in forces if force.kind != "weight" or np.any(force.size != 0.0)]
+    forces = [
+        _force(force.name, "force" if force.cord_radius is None else "cord", load, place, state)
+        for force, load in zip(scenario.forces, shaft.loads, strict=False)
+        for place in [_point(force, angle)]
+    ]
+    for name, load, place in zip((WEIGHT, ECCENTRIC_WEIGHT), shaft.weights, places, strict=False):
+        weight = _force(name, "weight", load, place, state)
+        forces += [weight] if np.any(weight.size != 0.0) else []
+    if eccentric is not None:
+        # The centre of mass accelerates by a J p - w^2 p at the place p, J a quarter turn.
+        (x, y), w_2, m = places[1], velocity * velocity, eccentric.mass
+        inert = m * (w_2 * x + acceleration * y), m * (w_2 * y - acceleration * x)
+        size = np.hypot(*inert)
+        along = (component / np.where(size > 0.0, size, 1.0) for component in inert)
+        forces.append(AppliedForce(INERTIA_FORCE, "inertia", *places[1], size, *along))
+    couples = [
+        AppliedCouple(couple.name, _size(load, state))
+        for couple, load in zip(scenario.couples, shaft.loads[len(scenario.forces) :], strict=True)
+    ]
+    couples += [AppliedCouple(SPRING, -k * (angle - free)) for k, free in shaft.spring]
+    if (damping := effects.viscous_damping) is not None:
+        couples.append(AppliedCouple(DAMPING, -damping.coefficient * velocity))
+    reaction = sum((-f.across for f in forces), zero), sum((-f.up for f in forces), zero)
+    scale = sum((np.abs(force.size) for force in forces), zero)
+    vanishes = np.hypot(*reaction) <= VANISHES * scale
+    return FreeBody(tuple(forces), tuple(couples), reaction, vanishes)
 
 
-def _size(load: "Load", state: "tuple[Array, Array, Array]") -> "Array":
+def _size(load: "Load", state: "dict[str, Array]") -> "Array":
     """Return the size of a load at some times, (n,)."""
-    x = dict(zip((TIME, ANGLE, SPEED), state, strict=True))[load.over]
-    return np.array([load.size(value) for value in x.tolist()])
+    return np.array([load.size(value) for value in state[load.over].tolist()])
 
 
 def _force(
-    name: str,
-    kind: Any,
-    load: "Load",
-    place: "tuple[Array, Array]",
-    state: "tuple[Array, Array, Array]",
+    name: str, kind: Any, load: "Load", place: "Pair", state: "dict[str, Array]"
 ) -> AppliedForce:
-    angle = state[1]
-    along = (
-        a + b * np.cos(angle) + c * np.sin(angle)
-        for a, b, c in zip(*(triple[1:] for triple in load.arms), strict=True)
-    )
+    c, s = np.cos(state[ANGLE]), np.sin(state[ANGLE])
+    along = (a + b * c + d * s for a, b, d in zip(*(of[1:] for of in load.arms), strict=True))
     return AppliedForce(name, kind, *place, _size(load, state), *along)
 
 
-def _point(force: "Force", angle: "Array") -> "tuple[Array, Array]":
+def _point(force: "Force", angle: "Array") -> "Pair":
     """Return where a force acts."""
     if force.cord_radius is not None:
         length = hypot(*force.direction)
@@ -201,22 +169,7 @@ def _point(force: "Force", angle: "Array") -> "tuple[Array, Array]":
     return _turned(force.point, angle if force.point_turns else np.zeros_like(angle))
 
 
-def _turned(point: tuple[float, float], angle: "Array") -> "tuple[Array, Array]":
+def _turned(point: tuple[float, float], angle: "Array") -> "Pair":
     """Return a point that has turned about the axis."""
     (x, y), cosine, sine = point, np.cos(angle), np.sin(angle)
     return cosine * x - sine * y, sine * x + cosine * y
-
-
-def _couples(
-    scenario: "ShaftScenario", shaft: Shaft, state: "tuple[Array, Array, Array]"
-) -> list[AppliedCouple]:
-    couples = [
-        AppliedCouple(couple.name, _size(load, state))
-        for couple, load in zip(scenario.couples, shaft.loads[len(scenario.forces) :], strict=True)
-    ]
-    _, angle, velocity = state
-    damping = scenario.effects.viscous_damping
-    couples += [AppliedCouple(SPRING, -k * (angle - free)) for k, free in shaft.spring]
-    if damping is not None:
-        couples.append(AppliedCouple(DAMPING, -damping.coefficient * velocity))
-    return couples

@@ -51,6 +51,11 @@ class Arms(NamedTuple):
         """Whether they depend on the angle."""
         return any(self.cosine) or any(self.sine)
 
+    @property
+    def is_force(self) -> bool:
+        """Whether they load the shaft; a couple does not."""
+        return any(any(triple[1:]) for triple in self)
+
     def at(self, angle: float) -> Triple:
         """Return moment and components per size at an angle, rad."""
         turned = sum_of(scaled(self.cosine, cos(angle)), scaled(self.sine, sin(angle)))
@@ -73,14 +78,14 @@ class Load(NamedTuple):
     Attributes
     ----------
     arms : Arms
-    size : Constant, Signal, or PiecewiseLinear of speed or angle
+    size : Constant, Signal, or another function of speed or angle
         N, or N m of a couple.
     over : {"time", "speed", "angle"}
         What the size is a function of.
     """
 
     arms: Arms
-    size: Signal
+    size: Any
     over: str = TIME
 
     @property
@@ -90,7 +95,9 @@ class Load(NamedTuple):
 
     def at_rest(self, time: float, angle: float) -> float:
         """Return the size at rest, N or N m."""
-        return self.size({TIME: time, SPEED: 0.0, ANGLE: angle}[self.over])
+        of = time if self.over == TIME else angle if self.over == ANGLE else 0.0
+        size: float = self.size(of)
+        return size
 
 
 class Turning(NamedTuple):
@@ -179,11 +186,13 @@ def sizes_of(loads: Iterable[Load], friction_radius: float) -> Callable[[float, 
     """
     scale, varying = 0.0, []
     for load in loads:
-        reach = largest_arm(load.arms) + (0.0 if load.arms == COUPLE else friction_radius)
+        reach = largest_arm(load.arms) + (friction_radius if load.arms.is_force else 0.0)
         if load.is_constant:
             scale += abs(load.size(0.0)) * reach
         else:
             varying.append((load, reach))
+    if not varying:
+        return lambda t, q: scale
     return lambda t, q: sum([abs(load.at_rest(t, q)) * reach for load, reach in varying], scale)
 
 
