@@ -41,7 +41,7 @@ LOG = logging.getLogger(__name__)
 SOURCES = (
     *(f"mechanisms/belt_drive/{name}.py" for name in ("belt", "kernels", "moreau", "numba_kinds")),
     "mechanisms/belt_drive/rkf45.py",
-    *(f"solvers/{name}.py" for name in ("friction_curve", "runge_kutta_fehlberg", "stepper")),
+    *(f"solvers/{name}.py" for name in ("friction_curve", "rkf45", "stepper")),
 )
 IMPORTED = time()  # s
 PROGRAM = "frictionsim"
