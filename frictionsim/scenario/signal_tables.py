@@ -349,14 +349,19 @@ def period_of(signal: Any, end: float) -> float | None:
 
 
 def last_change(signal: Any) -> float:
-    """Return the time after which a signal over time is constant, s; inf of a sine."""
+    """Return the time after which a signal is constant, s; inf of a sine, 0 of one of motion."""
     if isinstance(signal, tuple):
         return max(map(last_change, signal))
-    if isinstance(signal, PiecewiseLinearTable):
-        return signal.time[-1]
-    if isinstance(signal, SmoothStepTable):
-        return signal.smooth_step.stop
-    return inf if isinstance(signal, SineTable) else 0.0
+    curve = signal.signal() if hasattr(signal, "signal") else Constant(0.0)
+    return curve.pieces[-1].knot if curve.harmonic is None else inf
+
+
+def held_value(signal: Any, end: float) -> float | None:
+    """Return the value at which a signal over time stays up to a time `end`; None if at none."""
+    terms = signal if isinstance(signal, tuple) else (signal,)
+    if signal is None or any(isinstance(term, SpeedTable | AngleTable) for term in terms):
+        return None
+    return sum(signal_from(term)(end) for term in terms) if last_change(signal) < end else None
 
 
 class _Extremum(NamedTuple):

@@ -436,8 +436,10 @@ class BeltDriveScenario(Scenario):
         return {f"drive.{name}.{key}": signal for name, drive in drives for key, signal in drive}
 
     def warnings(self) -> list[str]:
-        """Return warnings about the scenario, also of a creep that depends on the step."""
-        warnings = super().warnings()
+        """Return warnings about the scenario, also of overload and of a creep by the step."""
+        from frictionsim.mechanisms.belt_drive.statics import overloads
+
+        warnings = [*super().warnings(), *overloads(self)]
         friction = self.effects.belt_friction
         if friction is not None and friction.law == "creep" and friction.elementary_time is None:
             warnings.append(
