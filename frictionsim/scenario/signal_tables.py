@@ -3,6 +3,7 @@
 A signal is a number, points, a sine, a smooth step, or points from a CSV file.
 """
 
+from collections.abc import Iterator
 from itertools import pairwise
 from math import floor, fmod, inf, log10, pi, radians
 from pathlib import Path
@@ -20,7 +21,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from frictionsim.errors import InputError
+from frictionsim.errors import InputError, closest
 from frictionsim.scenario.csv_columns import ColumnKey, read_columns
 from frictionsim.scenario.schema import Params, inconsistent, unit_field, unit_of_key
 from frictionsim.scenario.signals import Constant, Signal, linear, sine, smooth_step
@@ -184,23 +185,15 @@ class CsvTable(Params):
         path, of_speed = folder / self.csv, getattr(self, "speed", None)
         argument, its_unit = ("speed", "rad/s") if of_speed else ("time", "s")
         wanted: list[ColumnKey] = [of_speed or self.time or 1, self.value or 2]
+        dialect = {"delimiter": self.delimiter, "decimal": self.decimal}
         are_all = not self.model_fields_set - {"csv"}
         try:
-            columns, lines = read_columns(
-                path,
-                wanted,
-                wanted,
-                delimiter=self.delimiter,
-                decimal=self.decimal,
-                are_all=are_all,
-            )
+            columns, lines = read_columns(path, wanted, wanted, are_all=are_all, **dialect)
             x, y = (columns[column] for column in wanted)
             if x.place == y.place:
                 raise InputError(f"'{path}': column {y.place + 1} is that of the {argument}, too")
-            sizes = x.factor(its_unit), y.factor(unit)
-            points, values = (
-                [n * size for n in c.values] for c, size in zip((x, y), sizes, strict=True)
-            )
+            of_x, of_y = x.factor(its_unit), y.factor(unit)
+            points, values = [n * of_x for n in x.values], [n * of_y for n in y.values]
             if len(lines) == 1:
                 raise InputError(
                     f"'{path}' has only one line with numbers, expected at least two; a constant"
@@ -288,7 +281,10 @@ def _form(given: Any) -> str | None:
         return SUM
     if not isinstance(given, dict):
         return NUMBER
-    return next((tag for key, tag in _TAG_OF_KEY.items() if key in given), None)
+    found = [key for key in _TAG_OF_KEY if key in given]
+    if found in ([], ["value"]):  # the other key is misspelt
+        found = [*filter(None, (closest(str(key), [*_TAG_OF_KEY]) for key in given)), *found]
+    return _TAG_OF_KEY[found[0]] if found else None
 
 
 # Its message is in `validation`: braces would be placeholders here.
@@ -335,16 +331,14 @@ def period_of(signal: Any, end: float) -> float | None:
     of the shortest pulse: from the start of its rise to the end of its fall. A signal may be a
     tuple of signals, which add.
     """
-    if isinstance(signal, tuple):
-        term_periods = [period_of(term, end) for term in signal]
-        return min((period for period in term_periods if period is not None), default=None)
-    if isinstance(signal, SineTable):
-        return 1.0 / signal.sine.frequency_hz if signal.sine.amplitude else None
-    if not isinstance(signal, PiecewiseLinearTable):
-        return None
-    extrema = [extremum for extremum in _extrema(signal) if 0.0 < extremum.time < end]
-    periods = [extremum.pulse for extremum in extrema]
-    periods += [2.0 * (b.time - a.time) for a, b in pairwise(extrema)]
+    periods: list[float] = []
+    for term in signal if isinstance(signal, tuple) else (signal,):
+        if isinstance(term, SineTable) and term.sine.amplitude:
+            periods.append(1.0 / term.sine.frequency_hz)
+        elif isinstance(term, PiecewiseLinearTable):
+            extrema = [(time, pulse) for time, pulse in _extrema(term) if 0.0 < time < end]
+            periods += [pulse for _, pulse in extrema]
+            periods += [2.0 * (after - before) for (before, _), (after, _) in pairwise(extrema)]
     return min(periods, default=None)
 
 
@@ -364,47 +358,27 @@ def held_value(signal: Any, end: float) -> float | None:
     return sum(signal_from(term)(end) for term in terms) if last_change(signal) < end else None
 
 
-class _Extremum(NamedTuple):
-    """Time of an extremum, and duration of the monotone parts before and after it, s."""
-
-    time: float
-    pulse: float
-
-
-def _extrema(table: PiecewiseLinearTable) -> list[_Extremum]:
-    """Return the extrema of a table of points; of a plateau the middle."""
-    extrema: list[_Extremum] = []
+def _extrema(table: PiecewiseLinearTable) -> Iterator[tuple[float, float]]:
+    """Yield time and duration of each pulse, s; the time of a plateau is its middle."""
     rising: bool | None = None
     began, since = 0.0, 0.0  # start of the last monotone part, and of the last plateau
     for (t0, v0), (t1, v1) in pairwise(zip(table.time, table.value, strict=True)):
         if v0 == v1:
             continue
         if rising is not None and rising != (v1 > v0):
-            extrema.append(_Extremum(0.5 * (since + t0), t1 - began))
+            yield 0.5 * (since + t0), t1 - began
         rising, began, since = v1 > v0, t0, t1
-    return extrema
 
 
 def extremes(signal: Any, end: float) -> tuple[float, float]:
-    """Return the minimum and maximum of a signal between 0 and `end`.
-
-    Parameters
-    ----------
-    signal : number or signal table of the scenario
-    end : float, s
-
-    Returns
-    -------
-    (float, float)
-    """
-    if isinstance(signal, SineTable) and signal.sine.frequency_hz * end >= 1.0:
-        mean, amplitude = signal.sine.mean, abs(signal.sine.amplitude)
-        return mean - amplitude, mean + amplitude
-    value = signal_from(signal)
-    values, t = [value(0.0), value(end)], value.next_extremum(0.0)
+    """Return the minimum and maximum of a number or signal table between 0 and `end`, s."""
+    curve = signal_from(signal)
+    if curve.harmonic is not None and curve.harmonic.angular_frequency * end >= 2.0 * pi:
+        return curve.extremes(0.0, end)
+    values, t = [curve(0.0), curve(end)], curve.next_extremum(0.0)
     while t < end:
-        values.append(value(t))
-        t = value.next_extremum(t)
+        values.append(curve(t))
+        t = curve.next_extremum(t)
     return min(values), max(values)
 
 

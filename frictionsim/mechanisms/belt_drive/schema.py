@@ -379,11 +379,6 @@ class BeltDriveScenario(Scenario):
                 raise inconsistent(where, unknown("pulley", name, names))
         return self
 
-    def members_of(self, axis: str) -> int:
-        """Return how many members an axis has."""
-        bodies = self.mechanism.belt.bodies
-        return {"": 1, "pulley": len(self.mechanism.pulleys)}.get(axis, bodies)
-
     @property
     def guided(self) -> bool:
         """Whether the belt is guided on its pitch line: no effect asks for motion across it."""
