@@ -17,7 +17,12 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, ScenarioError, unknown
 from frictionsim.fits.data import Measured, Target
-from frictionsim.scenario.model_fields import expanded, fields_of_key, names_in, unit_of_key
+from frictionsim.scenario.model_fields import (
+    description_of,
+    expanded,
+    fields_of_key,
+    names_in,
+)
 from frictionsim.scenario.units import factor, fits
 from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import RunMonitor
@@ -95,7 +100,7 @@ def free_keys(bounds_by_key: Mapping[str, Any], scenario: "Scenario") -> tuple[F
             start = current if current is not None and within else _middle(low, high)
         else:
             chosen.append(",".join(names))
-        unit = unit_of_key(type(scenario), names[0])
+        unit = description_of(type(scenario), names[0])[0]
         keys.append(FreeKey(",".join(names), low, high, start, unit))
     return _with_valid_starts(tuple(keys), chosen, scenario)
 
