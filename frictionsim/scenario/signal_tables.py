@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 from math import floor, fmod, inf, log10, pi, radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import (
     BeforeValidator,
@@ -23,6 +23,7 @@ from pydantic_core import PydanticCustomError
 
 from frictionsim.errors import InputError, closest
 from frictionsim.scenario.csv_columns import ColumnKey, read_columns
+from frictionsim.scenario.model_fields import unit_of
 from frictionsim.scenario.schema import Params, inconsistent, unit_field, unit_of_key
 from frictionsim.scenario.signals import Constant, Signal, linear, sine, smooth_step
 
@@ -34,16 +35,10 @@ ROUNDING = 1e-9  # tolerance for an interval of exactly a tenth
 class PointsTable(Params):
     """Points between which a value is linear: of time, of a speed or of an angle."""
 
-    # The key of what the value depends on, its word in messages, and its unit.
-    ARGUMENT: ClassVar[tuple[str, str, str]]
-
-    if TYPE_CHECKING:  # a field of the tables, behind that of the argument
-        value: tuple[float, ...]
-
     @model_validator(mode="after")
     def _points_make_a_signal(self) -> Self:
-        key, name, unit = self.ARGUMENT
-        points, values = getattr(self, key), self.value
+        (key, points), (_, values) = self
+        field, name = type(self).model_fields[key], key.removesuffix("_deg")
         if len(points) != len(values):
             raise inconsistent(
                 ("value",), f"{len(values)} values for {len(points)} {name}s; give one for each"
@@ -53,21 +48,20 @@ class PointsTable(Params):
                 raise inconsistent(
                     (key,),
                     f"{name}s must increase from point to point, but point {i + 2} at {later}"
-                    f" {unit} follows one at {earlier} {unit}",
+                    f" {unit_of(field)} follows one at {earlier} {unit_of(field)}",
                 )
         return self
+
+
+_POINTS: dict[str, Any] = {"min_length": 1, "strict": False}
 
 
 class PiecewiseLinearTable(PointsTable):
     """`{time = [...], value = [...]}`: linear between the points, constant outside."""
 
-    ARGUMENT = ("time", "time", "s")
-
-    time: tuple[float, ...] = unit_field(
-        "s", "Times of the points, increasing.", min_length=1, strict=False
-    )
+    time: tuple[float, ...] = unit_field("s", "Times of the points, increasing.", **_POINTS)
     value: tuple[float, ...] = Field(
-        min_length=1, strict=False, description="Values at these times; constant before and after."
+        description="Values at these times; constant before and after.", **_POINTS
     )
 
     def signal(self) -> Signal:
@@ -77,26 +71,20 @@ class PiecewiseLinearTable(PointsTable):
 class SpeedTable(PointsTable):
     """`{speed = [...], value = [...]}`: a value that depends on a speed, not on time."""
 
-    ARGUMENT = ("speed", "speed", "rad/s")
-
-    speed: tuple[float, ...] = unit_field(
-        "rad/s", "Speeds of the points, increasing.", min_length=1, strict=False
-    )
+    speed: tuple[float, ...] = unit_field("rad/s", "Speeds of the points, increasing.", **_POINTS)
     value: tuple[float, ...] = Field(
-        min_length=1, strict=False, description="Values at these speeds; constant beyond them."
+        description="Values at these speeds; constant beyond them.", **_POINTS
     )
 
 
 class AngleTable(PointsTable):
     """`{angle_deg = [...], value = [...]}`: a value that depends on an angle, not on time."""
 
-    ARGUMENT = ("angle_deg", "angle", "deg")
-
     angle_deg: tuple[float, ...] = unit_field(
-        "deg", "Angles of the points, increasing; turns are counted.", min_length=1, strict=False
+        "deg", "Angles of the points, increasing; turns are counted.", **_POINTS
     )
     value: tuple[float, ...] = Field(
-        min_length=1, strict=False, description="Values at these angles; constant beyond them."
+        description="Values at these angles; constant beyond them.", **_POINTS
     )
 
 
@@ -388,7 +376,7 @@ def too_long(interval: float, period: float) -> bool:
 
 
 def shorter(period: float, duration: float, max_samples: int) -> str:
-    """Return the advice on the sampling interval in a warning."""
+    """Return the advice on the sampling interval in a warning: two digits that resolve a period."""
     interval = period / SAMPLES_PER_PERIOD
     unit = 10.0 ** (floor(log10(interval)) - 1)
     digits = floor(interval / unit * (1.0 + ROUNDING))
