@@ -32,12 +32,8 @@ class Harmonic(NamedTuple):
 class Signal:
     """A continuous, piecewise smooth function of time: monotone cubic pieces and one harmonic.
 
-    Parameters
-    ----------
-    pieces : sequence of CubicPiece
-        By their knots, s; the first one has no beginning, whatever its knot is.
-    harmonic : Harmonic, optional
-        It is added; there is one piece then, a constant.
+    Pieces are in the order of their knots, s; the first one has no beginning, whatever its knot is.
+    To a harmonic belongs one piece, a constant.
     """
 
     def __init__(self, pieces: Sequence[CubicPiece], harmonic: Harmonic | None = None) -> None:
