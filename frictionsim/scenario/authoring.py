@@ -137,9 +137,9 @@ class _Template(NamedTuple):
         keys = list(table_keys(model))
         rows = [self._row(key, values) for key in keys if key.table is None]
         if header and (rows or not keys):
-            beside = len(header) + len(about) + 6 <= WIDTH  # two more where it is commented out
-            yield f"{header}  # {about}" if beside and about else header
-            yield from () if beside else _prose(about)
+            if about and len(header) + len(about) + 6 <= WIDTH:  # two more where commented out
+                header, about = f"{header}  # {about}", ""
+            yield from (header, *_prose(about))
         yield from _commented(sorted(rows, key=lambda row: row[0].startswith("# ")))
         if rows or not keys:
             yield ""

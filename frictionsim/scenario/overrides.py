@@ -68,14 +68,17 @@ def _is_bare_word(text: str) -> bool:
 def values_by_key(overrides: Iterable[str]) -> dict[str, Any]:
     """Return overrides KEY=VALUE of a result as data; None for a key that is taken out.
 
-    In a file that others have changed a value may be none of TOML; it stays text.
+    In a file that others have changed a value may be none of TOML or of JSON; it stays text.
     """
+    from json import dumps
+
     values: dict[str, Any] = {}
     for override in overrides:
         key, _, text = override.partition("=")
         try:
             values[key] = _parsed(override, text)
-        except InputError:
+            dumps(values[key], allow_nan=False)
+        except (InputError, TypeError, ValueError):
             values[key] = text
     return values
 

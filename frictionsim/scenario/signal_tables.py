@@ -348,14 +348,15 @@ def held_value(signal: Any, end: float) -> float | None:
 
 def _extrema(table: PiecewiseLinearTable) -> Iterator[tuple[float, float]]:
     """Yield time and duration of each pulse, s; the time of a plateau is its middle."""
-    rising: bool | None = None
-    began, since = 0.0, 0.0  # start of the last monotone part, and of the last plateau
+    slopes: list[tuple[bool, float, float]] = []  # whether it rises, from when to when
     for (t0, v0), (t1, v1) in pairwise(zip(table.time, table.value, strict=True)):
-        if v0 == v1:
-            continue
-        if rising is not None and rising != (v1 > v0):
-            yield 0.5 * (since + t0), t1 - began
-        rising, began, since = v1 > v0, t0, t1
+        if slopes and slopes[-1][0] == (v1 > v0) and slopes[-1][2] == t0 and v1 != v0:
+            slopes[-1] = (v1 > v0, slopes[-1][1], t1)
+        elif v1 != v0:
+            slopes.append((v1 > v0, t0, t1))
+    for (rose, began, top), (rises, end_of_top, ended) in pairwise(slopes):
+        if rose != rises:
+            yield 0.5 * (top + end_of_top), ended - began
 
 
 def extremes(signal: Any, end: float) -> tuple[float, float]:
