@@ -1,7 +1,6 @@
 """The tables that scenarios of all kinds share: `[solver]`, `[output]`, and the base model."""
 
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
@@ -245,7 +244,7 @@ class Scenario(Params):
     def friction_effects(self) -> dict[str, Any]:
         """The effects of dry friction, which have a law, by name."""
         effects = getattr(self, "effects", ())
-        return {name: e for name, e in dict(effects).items() if _has_law(type(e))}  # type: ignore[arg-type]
+        return {name: effect for name, effect in effects if hasattr(effect, "law")}
 
     @property
     def law(self) -> str:
@@ -313,11 +312,10 @@ class Scenario(Params):
 
     @model_validator(mode="after")
     def _channels_exist(self) -> Self:
+        known = list(self.CHANNELS)
         for name in self.output.channels or ():
-            if name not in self.CHANNELS:
-                raise inconsistent(
-                    ("output", "channels"), unknown("channel", name, list(self.CHANNELS))
-                )
+            if name not in known:
+                raise inconsistent(("output", "channels"), unknown("channel", name, known))
         return self
 
     @model_validator(mode="after")
@@ -335,9 +333,3 @@ class Scenario(Params):
                 f" {self.solver.duration / MAX_SAMPLES:.3g} s",
             )
         return self
-
-
-@cache
-def _has_law(effect: type) -> bool:
-    """Return whether an effect is one of dry friction."""
-    return "law" in getattr(effect, "model_fields", ()) or hasattr(effect, "law")
