@@ -25,7 +25,7 @@ from frictionsim.errors import InputError, closest
 from frictionsim.scenario.csv_columns import ColumnKey, read_columns
 from frictionsim.scenario.model_fields import unit_of
 from frictionsim.scenario.schema import Params, inconsistent, unit_field, unit_of_key
-from frictionsim.scenario.signals import Constant, Signal, linear, sine, smooth_step
+from frictionsim.scenario.signals import Constant, CubicPiece, Harmonic, Signal, linear
 
 # Number of samples that resolve a period.
 SAMPLES_PER_PERIOD = 10
@@ -105,7 +105,10 @@ class SineTable(Params):
     def signal(self) -> Signal:
         s = self.sine
         phase = radians(fmod(s.phase_deg, 360.0))  # a large one would leave time no digits
-        return sine(s.mean, s.amplitude, 2.0 * pi * s.frequency_hz, phase)
+        if s.amplitude == 0.0:
+            return Constant(s.mean)
+        harmonic = Harmonic(s.amplitude, 2.0 * pi * s.frequency_hz, phase)
+        return Signal([CubicPiece(0.0, s.mean)], harmonic)
 
 
 class SmoothStepParameters(Params):
@@ -130,7 +133,13 @@ class SmoothStepTable(Params):
 
     def signal(self) -> Signal:
         s = self.smooth_step
-        return smooth_step(s.before, s.after, s.start, s.stop)
+        rise, duration = s.after - s.before, s.stop - s.start
+        if rise == 0.0:
+            return Constant(s.before)
+        # 3 x^2 - 2 x^3: the first derivative is continuous, the second jumps at both ends.
+        c2, c3 = 3.0 * rise / duration**2, -2.0 * rise / duration**3
+        step = CubicPiece(s.start, s.before, 0.0, c2, c3)
+        return Signal([CubicPiece(s.start, s.before), step, CubicPiece(s.stop, s.after)])
 
 
 def _column(value: Any) -> ColumnKey:
