@@ -231,7 +231,12 @@ def schema(kind: str | None = None) -> dict[str, Any]:
     Parameters
     ----------
     kind : str, optional
-        Without it, the schema, of draft 2020-12, is that of all kinds, and the key `kind` decides.
+        Without it, the schema is that of all kinds, and the key `kind` decides.
+
+    Returns
+    -------
+    dict
+        A schema of draft 2020-12.
 
     Raises
     ------
