@@ -244,28 +244,18 @@ class _FileReader(NamedTuple):
         return reader.__get_pydantic_core_schema__(source, handler)
 
 
-POINTS = "<points>"
-NUMBER = "<number>"  # tags of the forms of a signal that are no tables
-SUM = "<sum>"
-# The tag of a form is part of a validation error's location; it is not a key of the scenario.
+NUMBER, SUM = "<number>", "<sum>"  # tags of the forms of a signal that are no tables
+# Those of tables are named for the first of these keys that they have. A tag is a part of the
+# location of a validation error; it is not a key of the scenario.
 SIGNAL_TAGS: dict[str, type[Params]] = {
-    POINTS: PiecewiseLinearTable,
-    "<sine>": SineTable,
-    "<smooth step>": SmoothStepTable,
-    "<of speed>": SpeedTable,
-    "<of angle>": AngleTable,
     "<csv>": CsvTable,
+    "<speed>": SpeedTable,
+    "<angle_deg>": AngleTable,
+    "<sine>": SineTable,
+    "<smooth_step>": SmoothStepTable,
+    "<time>": PiecewiseLinearTable,
 }
-# The tag of a table, by the first of these keys that it has.
-_TAG_OF_KEY = {
-    "csv": "<csv>",
-    "speed": "<of speed>",
-    "angle_deg": "<of angle>",
-    "sine": "<sine>",
-    "smooth_step": "<smooth step>",
-    "time": POINTS,
-    "value": POINTS,
-}
+_KEYS = [tag.strip("<>") for tag in SIGNAL_TAGS]
 FORMS = '{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}} or {csv = "file.csv"}'
 FORMS_OF_MOTION = "{speed = [...], value = [...]} or {angle_deg = [...], value = [...]}"
 
@@ -278,10 +268,12 @@ def _form(given: Any) -> str | None:
         return SUM
     if not isinstance(given, dict):
         return NUMBER
-    found = [key for key in _TAG_OF_KEY if key in given]
-    if found in ([], ["value"]):  # the other key is misspelt
-        found = [*filter(None, (closest(str(key), [*_TAG_OF_KEY]) for key in given)), *found]
-    return _TAG_OF_KEY[found[0]] if found else None
+    found = [key for key in _KEYS if key in given]
+    if not found:  # it is misspelt
+        found = [near for key in given if (near := closest(str(key), _KEYS))]
+    if "value" in given:
+        found.append("time")
+    return f"<{found[0]}>" if found else None
 
 
 # Its message is in `validation`: braces would be placeholders here.
@@ -290,14 +282,14 @@ _ByForm = Discriminator(_form, custom_error_type=NO_SIGNAL, custom_error_message
 
 _AnyForms = (
     Annotated[float, Tag(NUMBER)]
-    | Annotated[PiecewiseLinearTable, Tag(POINTS)]
+    | Annotated[PiecewiseLinearTable, Tag("<time>")]
     | Annotated[SineTable, Tag("<sine>")]
-    | Annotated[SmoothStepTable, Tag("<smooth step>")]
+    | Annotated[SmoothStepTable, Tag("<smooth_step>")]
 )
 _TimeForms = _AnyForms | Annotated[PiecewiseLinearTable, _FileReader(CsvTable), Tag("<csv>")]
 _SpeedOrTimeForms = (
     _AnyForms
-    | Annotated[SpeedTable, Tag("<of speed>")]
+    | Annotated[SpeedTable, Tag("<speed>")]
     | Annotated[PiecewiseLinearTable | SpeedTable, _FileReader(CsvSpeedTable), Tag("<csv>")]
 )
 TimeSignal = Annotated[_TimeForms, _ByForm]
@@ -313,7 +305,7 @@ SpeedOrTimeSignals = Annotated[
 ]
 
 # Over time, over the speed of the body, or over its angle.
-MotionSignal = Annotated[_SpeedOrTimeForms | Annotated[AngleTable, Tag("<of angle>")], _ByForm]
+MotionSignal = Annotated[_SpeedOrTimeForms | Annotated[AngleTable, Tag("<angle_deg>")], _ByForm]
 
 
 def signal_from(table: float | PiecewiseLinearTable | SineTable | SmoothStepTable) -> Signal:
