@@ -85,21 +85,6 @@ def methods_of(pairs: Pairs, law: str = "") -> tuple[str, ...]:
     return tuple(dict.fromkeys(m for of, m in pairs if law in ("", of)))
 
 
-def stiff_methods_of(pairs: Pairs, law: str) -> tuple[str, ...]:
-    """Return the methods whose steps a smoothed law does not limit; of other laws none."""
-    fitting = methods_of(pairs, law) if law == REGULARISED else ()
-    return tuple(name for name in fitting if METHODS[name].implicit)
-
-
 def laws_of(pairs: Pairs) -> tuple[str, ...]:
     """Return the friction laws in a table of pairs."""
     return tuple(dict.fromkeys(law for law, _ in pairs))
-
-
-def pair_of(pairs: Pairs, law: str, method: str) -> Pair:
-    """Return the stepper for a friction law and a method.
-
-    Without friction (law "") it is the first that does, with fixed steps if any has these.
-    """
-    fitting = [pair for (of, m), pair in pairs.items() if m == method and law in ("", of)]
-    return fitting[0]._replace(fixed_step=any(pair.fixed_step for pair in fitting))

@@ -263,14 +263,22 @@ class Scenario(Params):
 
     @property
     def pair(self) -> methods.Pair:
-        """The pair of friction law and method."""
-        return methods.pair_of(self.pairs, self.law, self.solver.backend)
+        """The pair of friction law and method; without friction of all laws of the method."""
+        fixed = [
+            pair.fixed_step
+            for (law, method), pair in self.pairs.items()
+            if method == self.solver.backend and self.law in ("", law)
+        ]
+        return methods.Pair(fixed_step=any(fixed))
 
     @property
     def budget_advice(self) -> str:
         """Advice for a run that has exceeded its budget."""
         backend, law = self.solver.backend, self.law
-        method, stiff = methods.METHODS[backend], methods.stiff_methods_of(self.pairs, law)
+        method, stiff = methods.METHODS[backend], []
+        if law == methods.REGULARISED:  # whose speed does not limit the steps of these
+            fit = methods.methods_of(self.pairs, law)
+            stiff = [name for name in fit if methods.METHODS[name].implicit]
         fixed = method.fixed_steps or self.solver.step is not None
         ways = ["resume the run"] if method.resumable else []
         ways += ["raise the limit", "take longer steps" if fixed else "loosen the tolerances"]
