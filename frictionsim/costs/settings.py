@@ -11,7 +11,7 @@ from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ValidationFailure, validate
 from frictionsim.scenario.methods import METHODS, REGULARISED, SET_VALUED, laws_of, methods_of
 from frictionsim.scenario.options import Names, Options, as_list, function_of
-from frictionsim.scenario.overrides import apply_override
+from frictionsim.scenario.overrides import apply_overrides
 from frictionsim.scenario.schema import unit_field
 from frictionsim.scenario.variants import (
     TOLERANCES,
@@ -82,8 +82,7 @@ def variant(
     data["output"] = {"interval": interval, "at_events": False}
     if channels is not None:
         data["output"]["channels"] = channels
-    for override in setting.all_overrides:
-        apply_override(data, override)
+    apply_overrides(data, setting.all_overrides)
     try:
         return validate(data, Path())
     except ValidationFailure as failure:

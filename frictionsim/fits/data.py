@@ -17,7 +17,7 @@ from frictionsim.scenario.csv_columns import (
     NoSuchColumn,
     read_columns,
 )
-from frictionsim.scenario.model_fields import unit_of_key
+from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.options import (
     ColumnsOption,
     Options,
@@ -385,7 +385,7 @@ def _run_data(source: FitOptions, scenario: "Scenario") -> Measured:
     columns = _Columns(source, source.over.values())
     values = []
     for key, column in source.over.items():
-        model_unit = unit_of_key(type(scenario), key)
+        model_unit = description_of(type(scenario), key)[0]
         size = columns.size(column, model_unit, None, "over") if model_unit else 1.0
         values.append((columns.values[column] * size).tolist())
     runs = (dict(zip(source.over, row, strict=True)) for row in zip(*values, strict=True))

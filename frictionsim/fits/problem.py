@@ -17,7 +17,12 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, ScenarioError, unknown
 from frictionsim.fits.data import Measured, Target
-from frictionsim.scenario.model_fields import expanded, fields_of_key, names_in, unit_of_key
+from frictionsim.scenario.model_fields import (
+    description_of,
+    expanded,
+    fields_of_key,
+    names_in,
+)
 from frictionsim.scenario.units import factor, fits
 from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import RunMonitor
@@ -114,7 +119,7 @@ def _free_key(key: str, bounds: Any, scenario: "Scenario") -> FreeKey:
         raise ArgumentError(
             "free", f"{key}: the start {start:g} is not between {low:g} and {high:g}"
         )
-    return FreeKey(",".join(names), low, high, start, unit_of_key(type(scenario), names[0]))
+    return FreeKey(",".join(names), low, high, start, description_of(type(scenario), names[0])[0])
 
 
 def _usual_start(key: str, low: float, high: float, scenario: "Scenario") -> float:

@@ -19,7 +19,6 @@ from frictionsim.errors import InputError
 from frictionsim.io.output_file import COSTS, write_file
 from frictionsim.results import finite
 from frictionsim.scenario.csv_columns import read_text, separated
-from frictionsim.scenario.toml_data import json_value
 
 NOTE = "#"
 RELATIVE = "_relative"  # end of the names of columns of relative errors
@@ -185,8 +184,8 @@ def _row(units: dict[str, str], line: int, cells: list[str]) -> Row:
 def _uncertainty(text: str) -> dict[str, Error]:
     """Return the relative difference of the references by measure, of the text in a table."""
     try:
-        known = {name: float(e) for name, e in json_value(text).items() if e is not None}
-    except (ValueError, AttributeError, TypeError):
+        known = {name: float(e) for name, e in json.loads(text).items() if e is not None}
+    except (ValueError, AttributeError, TypeError, RecursionError):
         known = {"": nan}
     if not all(map(isfinite, known.values())):
         raise ValueError("its reference uncertainty is damaged")

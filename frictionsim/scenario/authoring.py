@@ -1,15 +1,11 @@
-"""Scenarios to start from, and the JSON schema of scenarios for editors and other programs.
+"""Scenarios to start from, and the JSON schema of scenarios, both made from their models."""
 
-Both are made from the models that validate scenarios. A template has the values of an example, with
-the meaning of all keys as comments.
-"""
-
+import tomllib
 from collections.abc import Iterator, Mapping
 from textwrap import wrap
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel
-from pydantic.fields import FieldInfo
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
@@ -30,7 +26,7 @@ from frictionsim.scenario.model_fields import (
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import shipped_scenarios
 from frictionsim.scenario.signal_tables import FORMS, FORMS_OF_MOTION, AngleTable, SpeedTable
-from frictionsim.scenario.toml_data import toml_tables, toml_value
+from frictionsim.scenario.toml_data import toml_value
 
 WIDTH = 100  # characters of a line, where words can be wrapped
 MAX_COLUMN = 34  # of the comments beside keys
@@ -39,56 +35,40 @@ DRAFT = "https://json-schema.org/draft/2020-12/schema"
 DEFINITIONS = "#/$defs/{model}"
 
 
-class _WrittenNumber(float):
-    """A number with the text that it was written as, such as 2.4e-4."""
+class _AsWritten(float):
+    """A number that is written as it was read: 2.4e-4."""
 
-    def __new__(cls, text: str) -> "_WrittenNumber":
+    def __new__(cls, text: str) -> "_AsWritten":
         number = super().__new__(cls, text)
         number.text = text
         return number
 
+    def __repr__(self) -> str:
+        return self.text
+
     text: str
 
 
-class _Examples(NamedTuple):
-    """The scenarios of a kind that come with it.
-
-    Attributes
-    ----------
-    first : dict
-        The one whose values are taken.
-    all : tuple of dict
-        Those that are searched for values of what the first one does not have.
-    """
-
-    first: dict[str, Any]
-    all: tuple[dict[str, Any], ...]
-
-    def table(self, path: tuple[str, ...]) -> dict[str, Any]:
-        """Return a table of the first scenario that has it; empty if none has."""
-        for example in self.all:
-            table: Any = example
-            for key in path:
-                table = table.get(key) if isinstance(table, dict) else None
-            if isinstance(table, dict):
-                return table
-        return {}
-
-
 def new_scenario(kind: str) -> str:
-    """Return the text of a scenario of a kind, commented, to start from.
+    """Return the text of a commented scenario of a kind, in TOML, which is valid as it is.
 
     Its values are those of the shipped scenario of that name, or of the text `EXAMPLE` in the
-    module of the kind. Other keys and effects are there as comments, with their defaults.
-
-    Returns
-    -------
-    str
-        A scenario in TOML, which is valid as it is.
+    module of the kind. Other keys and effects are comments, with their defaults.
     """
-    model: type[Scenario] = mechanism_module(kind).SCENARIO
-    template = _Template(model, _examples(kind))
-    lines = [*_heading(kind, model), *template.table((), model, template.examples.first)]
+    module, shipped = mechanism_module(kind), shipped_scenarios()
+    if (own := getattr(module, "EXAMPLE", None)) is not None:
+        texts = [own]
+    elif kind in shipped:
+        texts = [path.read_text("utf-8") for path in (shipped[kind], *shipped.values())]
+    else:
+        raise InputError(
+            f"there is no example of kind '{kind}' to start from: its module defines none as"
+            " EXAMPLE"
+        )
+    examples = [tomllib.loads(text, parse_float=_AsWritten) for text in texts]
+    examples = [example for example in examples if example["kind"] == kind]
+    template = _Template(examples, _choices(module.SCENARIO))
+    lines = [*_heading(kind, module.SCENARIO), *template.table((), module.SCENARIO, examples[0])]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
@@ -97,26 +77,9 @@ def schema_file(kind: str) -> str:
     return f"{kind}.schema.json"
 
 
-def _examples(kind: str) -> _Examples:
-    own = getattr(mechanism_module(kind), "EXAMPLE", None)
-    if own is not None:
-        values = toml_tables(own, _WrittenNumber)
-        return _Examples(values, (values,))
-    texts = [path.read_text(encoding="utf-8") for path in shipped_scenarios().values()]
-    examples = [toml_tables(text, _WrittenNumber) for text in texts]
-    names = list(shipped_scenarios())
-    if kind not in names:
-        raise InputError(
-            f"there is no example of kind '{kind}' to start from: its module defines none as"
-            " EXAMPLE"
-        )
-    first = examples[names.index(kind)]
-    return _Examples(first, (first, *(data for data in examples if data["kind"] == kind)))
-
-
 def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
     """Yield the lines above the first key: how to use this file, and the choices in it."""
-    file = schema_file(kind)
+    file, effects = schema_file(kind), table_model(model.model_fields["effects"].annotation)
     yield from _prose(
         f"The line `#:schema ./{file}` at the top of a file has editors complete and check it;"
         f" `frictionsim schema {kind} > {file}` writes that schema."
@@ -128,14 +91,10 @@ def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
         " [effects.NAME] that is left out is an effect that is not simulated; one that is commented"
         " out is an example."
     )
-    has_motion_signals = AngleTable in _models_below(model)
-    forms = f"{FORMS}, {FORMS_OF_MOTION}" if has_motion_signals else FORMS
-    yield from _prose(f"A signal is a number, or {forms}.")
-    effects = model.model_fields.get("effects")
-    table = effects and table_model(effects.annotation)
-    if table:
-        yield "#"
-        yield from _prose(f"Effects: {', '.join(key_names(table))}.")
+    of_motion = f", {FORMS_OF_MOTION}" if AngleTable in _models_below(model) else ""
+    yield from _prose(f"A signal is a number, or {FORMS}{of_motion}.")
+    yield "#"
+    yield from _prose(f"Effects: {', '.join(key_names(effects))}.")
     yield "#"
     yield "# Friction laws (effects.NAME.law), and the backends for each (solver.backend):"
     for law in laws_of(model.PAIRS):
@@ -145,7 +104,6 @@ def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
 
 
 def _models_below(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
-    """Yield the models of all tables in a model."""
     for field in model.model_fields.values():
         for inner in models_in(field.annotation):
             yield inner
@@ -161,65 +119,66 @@ def _prose(text: str) -> list[str]:
     return [f"# {line}" for line in wrap(text, WIDTH - 2, break_on_hyphens=False)]
 
 
-class _Template:
-    """Writes tables with the values of examples."""
+class _Template(NamedTuple):
+    """Writes tables with the values of examples: of the first, and what it lacks of the others."""
 
-    def __init__(self, scenario: type[Scenario], examples: _Examples) -> None:
-        self.examples = examples
-        self._choices = _choices(scenario)
+    examples: list[dict[str, Any]]
+    choices: dict[str, list[str]]
 
     def table(
         self,
         path: tuple[str, ...],
         model: type[BaseModel],
         values: Mapping[str, Any],
-        header: tuple[str, ...] = (),
-    ) -> list[str]:
-        """Return the lines of a table, and of the tables in it, with an empty line after each.
-
-        `path` are the keys that lead to it, and `header` its first lines; none for the keys above
-        the first table.
-        """
+        header: str = "",
+        about: str = "",
+    ) -> Iterator[str]:
+        """Yield the lines of a table, and of the tables in it, with an empty line after each."""
         keys = list(table_keys(model))
         rows = [self._row(key, values) for key in keys if key.table is None]
-        rows.sort(key=lambda row: row[0].startswith("# "))  # what may be left out is last
-        lines = [*header] if rows or not keys else []
-        lines += _commented(rows)
-        if lines:
-            lines.append("")
+        if header and (rows or not keys):
+            if about and len(header) + len(about) + 6 <= WIDTH:  # two more where commented out
+                header, about = f"{header}  # {about}", ""
+            yield from (header, *_prose(about))
+        yield from _commented(sorted(rows, key=lambda row: row[0].startswith("# ")))
+        if rows or not keys:
+            yield ""
         for key in keys:
-            if key.table is not None:
-                lines += self._tables((*path, key.name), key, key.table, values.get(key.name))
-        return lines
+            if key.table is None:
+                continue
+            lines = self._tables((*path, key.name), key, key.table, values.get(key.name))
+            left_out = key.name not in values and key.name not in LAST
+            yield from ((f"# {line}" if line and left_out else line).rstrip() for line in lines)
 
     def _tables(
         self, path: tuple[str, ...], key: TableKey, model: type[BaseModel], value: Any
-    ) -> list[str]:
-        """Return the lines of the tables that a key holds: one, one for each name, or a list."""
-        about, dotted = _about(key.field, model), ".".join(path)
-        tables: list[tuple[tuple[str, ...], str, Any]] = [(path, f"[{dotted}]", value)]
+    ) -> Iterator[str]:
+        """Yield the lines of the tables that a key holds: one, one for each name, or a list."""
+        about, dotted = _about(key, model), ".".join(path)
         if key.has_names:
-            named = {FREE_NAME: {}} if value is None else value
-            tables = [((*path, name), f"[{dotted}.{name}]", table) for name, table in named.items()]
+            for name, table in (value or {FREE_NAME: {}}).items():
+                yield from self.table((*path, name), model, table, f"[{dotted}.{name}]", about)
         elif key.is_list:
-            tables = [
-                (path, f"[[{dotted}]]", table) for table in ([{}] if value is None else value)
-            ]
-        elif value is None:
-            tables = [(path, f"[{dotted}]", self.examples.table(path))]
-        lines = [
-            line
-            for inner, brackets, table in tables
-            for line in self.table(inner, model, table, _header(brackets, about))
-        ]
-        left_out = value is None and path[-1] not in LAST
-        return [f"# {line}".rstrip() if line else "" for line in lines] if left_out else lines
+            for table in value or [{}]:
+                yield from self.table(path, model, table, f"[[{dotted}]]", about)
+        else:
+            value = self._example(path) if value is None else value
+            yield from self.table(path, model, value, f"[{dotted}]", about)
+
+    def _example(self, path: tuple[str, ...]) -> dict[str, Any]:
+        """Return a table of the first example that has it; empty if none has."""
+        for table in self.examples:
+            for key in path:
+                table = table.get(key, {}) if isinstance(table, dict) else {}
+            if table and isinstance(table, dict):
+                return table
+        return {}
 
     def _row(self, key: TableKey, values: Mapping[str, Any]) -> tuple[str, str]:
         """Return a key with its value, commented out if it may be left out, and its meaning."""
         name, field = key.name, key.field
         value = values.get(name, None if field.is_required() else field.default)
-        text = f"{name} = {'' if value is None else toml_value(value, _number)}".rstrip()
+        text = f"{name} = {'' if value is None else toml_value(value)}".rstrip()
         optional = name not in values and not field.is_required()
         return f"# {text}" if optional else text, self._meaning(key)
 
@@ -228,62 +187,39 @@ class _Template:
         if key.name == "kind":
             return "Kind of mechanism."
         unit, models = unit_of(key.field), list(models_in(key.field.annotation))
-        words = ["" if unit == "1" else unit, "signal" if len(models) > 1 else ""]
+        signal = "signal" if len(models) > 1 else ""
         if SpeedTable in models and AngleTable not in models:  # the heading has all forms of both
-            words[1] += " or {speed = [...], value = [...]}"
-        if words[1] and key.is_list:
-            words[1] += ", or a list of them, which add"
-        before = ", ".join(filter(None, words))
-        parts = (before and f"{before}:", key.field.description or "", self._choice(key))
-        return " ".join(filter(None, parts))
-
-    def _choice(self, key: TableKey) -> str:
-        """Return the allowed values of a key; empty if it is not an enumeration."""
+            signal += " or {speed = [...], value = [...]}"
+        if signal and key.is_list:
+            signal += ", or a list of them, which add"
         values = types_and_choices(key.field.annotation)
-        choices = self._choices.get(key.name) or [v for v in values if isinstance(v, str)]
-        of = "Any" if key.is_list else "One"
-        return f"{of} of {', '.join(map(toml_value, choices))}." if choices else ""
+        choices = self.choices.get(key.name) or [v for v in values if isinstance(v, str)]
+        before = ", ".join(part for part in ("" if unit == "1" else unit, signal) if part)
+        after = f"{'Any' if key.is_list else 'One'} of {', '.join(map(toml_value, choices))}."
+        parts = (before and f"{before}:", key.field.description or "", after if choices else "")
+        return " ".join(part for part in parts if part)
 
 
-def _commented(rows: list[tuple[str, str]]) -> list[str]:
-    """Return the lines of keys with their meanings beside them, or below long ones."""
+def _commented(rows: list[tuple[str, str]]) -> Iterator[str]:
+    """Yield the lines of keys with their meanings beside them, or below long ones."""
     column = min(max((len(key) for key, _ in rows), default=0) + 2, MAX_COLUMN)
-    lines = []
     for key, meaning in rows:
         mark = "# " if key.startswith("# ") else ""
-        indent = f"{mark}{' ' * (column - len(mark))}"
-        start = f"{key}  ".ljust(column)
+        indent, start = mark.ljust(column), f"{key}  ".ljust(column)
         if WIDTH - len(start) < MIN_COMMENT:
-            lines.append(key)
+            yield key
             start = indent
         first, *rest = wrap(meaning, WIDTH - len(start) - 2, break_on_hyphens=False) or [""]
-        lines.append(f"{start}# {first}".rstrip("# "))
-        width = WIDTH - column - 2
-        lines += [f"{indent}# {line}" for line in wrap(" ".join(rest), width)]
-    return lines
+        yield f"{start}# {first}".rstrip("# ")
+        for line in wrap(" ".join(rest), WIDTH - column - 2):
+            yield f"{indent}# {line}"
 
 
-def _header(brackets: str, about: str) -> tuple[str, ...]:
-    if len(brackets) + len(about) + 6 <= WIDTH:  # two more where it is commented out
-        return (f"{brackets}  # {about}" if about else brackets,)
-    return (brackets, *_prose(about))
-
-
-def _about(field: FieldInfo, model: type[BaseModel]) -> str:
+def _about(key: TableKey, model: type[BaseModel]) -> str:
     """Return the description of a table: that of its key, or the docstring of its model."""
-    text = " ".join((field.description or model.__doc__ or "").split("\n\n")[0].split())
+    text = " ".join((key.field.description or model.__doc__ or "").split("\n\n")[0].split())
     text = text.partition("`: ")[2] if text.startswith("`[") else text
     return text[:1].upper() + text[1:]
-
-
-def _number(value: float) -> str:
-    """Return a number of TOML as it is written by hand: 2.4e-4, 10_000."""
-    if isinstance(value, _WrittenNumber):
-        return value.text
-    if isinstance(value, int):
-        return f"{value:_}"
-    digits, exponent, power = repr(value).partition("e")
-    return f"{digits}e{int(power)}" if exponent else digits
 
 
 def schema(kind: str | None = None) -> dict[str, Any]:

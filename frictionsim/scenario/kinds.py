@@ -9,7 +9,7 @@ pulley. A faulty plug-in is reported where it is needed; it does not disturb the
 from functools import cache
 from importlib import import_module
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING
 
 from frictionsim.errors import InputError, unknown
 
@@ -57,18 +57,6 @@ def mechanism_module(kind: str) -> ModuleType:
     point = _installed().get(kind)
     if point is None:
         raise InputError(unknown("kind", kind, list(kind_names())))
-    return _imported(kind, point)
-
-
-@cache  # a study asks for the module of its kind before each run
-def _installed() -> "dict[str, EntryPoint]":
-    from importlib.metadata import entry_points
-
-    return {point.name: point for point in entry_points(group=GROUP)}
-
-
-def _imported(kind: str, point: "EntryPoint") -> ModuleType:
-    """Import and check the module of an installed kind."""
     package = point.dist.name if point.dist else "a package without a name"
     plugin = f"the plug-in of the kind '{kind}' (module {point.value} of {package})"
     try:
@@ -78,25 +66,20 @@ def _imported(kind: str, point: "EntryPoint") -> ModuleType:
             f"{plugin} cannot be imported: {type(error).__name__}: {error}; repair or uninstall"
             f' {package} (python -c "import {point.value}" shows where it fails)'
         ) from error
-    if faults := "; ".join(_faults(kind, module)):
-        raise InputError(f"{plugin} is not complete: {faults}; repair or uninstall {package}")
-    return module
-
-
-def _faults(kind: str, module: Any) -> list[str]:
-    """Return what the module of an installed kind lacks."""
-    from frictionsim.scenario.settings import Scenario
-
     missing = [name for name in REQUIRED if not hasattr(module, name)]
     # `build` is what the default ladders and references of a study need.
     if not hasattr(module, "build") and not hasattr(module, "ladders"):
         missing.append("build (or ladders and references)")
     if missing:
-        return [f"its module lacks {', '.join(missing)}"]
-    model = module.SCENARIO
-    if not (isinstance(model, type) and issubclass(model, Scenario)):
-        return [f"expected SCENARIO to be a class derived from Scenario, got {model!r}"]
-    faults = [f"its SCENARIO lacks {n}" for n in ("PAIRS", "CHANNELS") if not hasattr(model, n)]
-    if kind not in get_args(model.model_fields["kind"].annotation):
-        faults.append(f"expected kind: Literal['{kind}'] in SCENARIO, as in the entry point")
-    return faults
+        raise InputError(
+            f"{plugin} is not complete: its module lacks {', '.join(missing)}; repair or uninstall"
+            f" {package}"
+        )
+    return module
+
+
+@cache  # a study asks for the module of its kind before each run
+def _installed() -> "dict[str, EntryPoint]":
+    from importlib.metadata import entry_points
+
+    return {point.name: point for point in entry_points(group=GROUP)}

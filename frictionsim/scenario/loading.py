@@ -1,6 +1,6 @@
 """Loading of scenarios: from TOML or a dict, and overrides, to a validated model."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from os import PathLike
 from os.path import isdir
 from pathlib import Path
@@ -11,7 +11,7 @@ from frictionsim.errors import InputError, ScenarioError, near_files
 from frictionsim.results import HDF5_SIGNATURE
 from frictionsim.scenario.kinds import kind_names, mechanism_module
 from frictionsim.scenario.origin import Origin, origin_of
-from frictionsim.scenario.overrides import Overrides, apply_overrides, override_text
+from frictionsim.scenario.overrides import Overrides, apply_overrides
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import near_shipped, scenario_file
 from frictionsim.scenario.toml_data import (
@@ -20,14 +20,18 @@ from frictionsim.scenario.toml_data import (
     key_lines,
     plain,
     read_text,
+    tables_and_keys,
     toml_tables,
 )
 from frictionsim.scenario.validation import (
     MAX_KEY_LENGTH,
     ValidationFailure,
     key_text,
+    toml_text,
     validate_model,
 )
+
+__all__ = ["ValidationFailure", "load", "loads", "validate"]
 
 # What is meant by lines that TOML does not take.
 NUMBER_HINTS = {
@@ -77,13 +81,12 @@ def load(
     if not isinstance(source, str | PathLike):
         raise InputError(
             "expected a scenario: its path, a dict of its tables or a Scenario, got"
-            f" {type(source).__name__}{_way_out(source)}"
+            f" {type(source).__name__}"
         )
     path = scenario_file(source)
     if "\n" in str(path):
         raise InputError("load: load() expects a path; use loads() for TOML text")
-    text = _read(path)
-    return _validated(_parse(str(path), text), str(path), text, overrides, backend, path.parent)
+    return _of_text(_read(path), str(path), path.parent, overrides, backend)
 
 
 def load_tables(
@@ -97,14 +100,9 @@ def load_tables(
     `folder` is that of the file names in it; None for tables out of a file that anyone may have
     made, which must not name other files.
     """
-    return _validated(plain(source), None, "", overrides, backend, folder)
-
-
-def _way_out(source: object) -> str:
-    """Return the loader for a path, a dict or a `Scenario`."""
-    if isinstance(source, Scenario):
-        return "; its method replace changes keys"
-    return "; its scenario is result.scenario" if hasattr(source, "scenario") else ""
+    data = plain(source)
+    lines = dict.fromkeys(tables_and_keys(data), 0)
+    return _validated(data, "", lines, folder, overrides, backend)
 
 
 def loads(
@@ -133,33 +131,7 @@ def loads(
     """
     if not isinstance(text, str):
         raise InputError(f"loads: expected a scenario as TOML text, got {type(text).__name__}")
-    return _validated(_parse(name, text), name, text, overrides, backend, Path())
-
-
-def _validated(
-    data: dict[str, Any],
-    name: str | None,
-    text: str,
-    overrides: Overrides | None,
-    backend: str | None,
-    folder: Path | None,
-) -> Scenario:
-    """Return the scenario of the data, with its origin.
-
-    `name` and `text` are of the TOML that the data were read from; None and empty if of none.
-    """
-    lines = dict.fromkeys(_keys(data), 0) if name is None else None
-    overridden, texts = apply_overrides(data, overrides if overrides is not None else ())
-    if backend is not None:
-        _table_of(data, "solver", "--backend")["backend"] = backend
-        overridden["solver", "backend"] = "--backend"
-        texts = (*texts, f"solver.backend={override_text(backend)}")
-    try:
-        scenario = validate(data, folder)
-    except ValidationFailure as failure:
-        lines = key_lines(text) if lines is None else lines
-        raise ScenarioError(_with_positions(failure.faults, name, lines, overridden)) from None
-    return scenario.with_origin(Origin(name or "", texts))
+    return _of_text(text, name, Path(), overrides, backend)
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -181,42 +153,92 @@ def scenario_from_result(path: Path, attributes: Mapping[str, str]) -> Scenario:
     return scenario.with_origin(origin_of(attributes))
 
 
-def _table_of(data: dict[str, Any], name: str, option: str) -> dict[str, Any]:
-    table = data.setdefault(name, {})
-    if not isinstance(table, dict):
-        raise ScenarioError([f"{option}: '{name}' of the scenario is not a table"])
-    return table
+def validate(data: dict[str, Any], folder: Path | None) -> Scenario:
+    """Return the scenario for the data of a TOML file.
+
+    `folder` is the base of relative file names in the data; None if they may not refer to files.
+    Raises a ValidationFailure if the data is invalid.
+    """
+    kind = data.get("kind")
+    try:
+        if not isinstance(kind, str):
+            raise InputError(_no_kind(data))
+        model: type[Scenario] = mechanism_module(kind).SCENARIO
+    except InputError as error:
+        raise ValidationFailure([(("kind",), str(error))]) from None
+    return validate_model(model, data, folder)
+
+
+def _no_kind(data: dict[str, Any]) -> str:
+    if "kind" not in data and "study" in data:
+        return "missing: this is a study, not a scenario; 'frictionsim sweep' runs it"
+    kinds = ", ".join(f"'{kind}'" for kind in kind_names())
+    if not data:
+        return f"the scenario is empty; it starts with kind, one of {kinds}"
+    if "kind" not in data:
+        return f"missing; expected one of {kinds}"
+    return f"expected one of {kinds}, got {toml_text(data['kind'])}"
+
+
+def _of_text(
+    text: str, name: str, folder: Path, overrides: Overrides | None, backend: str | None
+) -> Scenario:
+    return _validated(_parse(name, text), name, text, folder, overrides, backend)
+
+
+def _validated(
+    data: dict[str, Any],
+    name: str,
+    source: str | dict[KeyPath, int],
+    folder: Path | None,
+    overrides: Overrides | None,
+    backend: str | None,
+) -> Scenario:
+    """Return the scenario of the data, with its origin.
+
+    `source` is the TOML that the data were read from, or the paths of the keys of a dict.
+    """
+    options, texts = apply_overrides(data, overrides if overrides is not None else ())
+    if backend is not None:
+        more, text = apply_overrides(data, {"solver.backend": backend}, "--backend")
+        options, texts = options | more, texts + text
+    try:
+        return validate(data, folder).with_origin(Origin(name, texts))
+    except ValidationFailure as failure:
+        lines = key_lines(source) if isinstance(source, str) else source
+        placed = []
+        for key, message in failure.faults:
+            option = _option_of(key, options, lines)
+            line = 0 if option or not name else _nearest_line(lines, key)
+            where = option or (f"{name}:{line}" if name else "scenario")
+            placed.append((line, f"{where}: {key_text(key)}: {message}"))
+        faults = [text for _, text in sorted(placed, key=lambda fault: fault[0])]
+        raise ScenarioError(faults) from None
 
 
 def _read(path: Path) -> str:
     try:
         with path.open("rb") as file:
             if file.peek(len(HDF5_SIGNATURE)).startswith(HDF5_SIGNATURE):
-                raise ScenarioError(
-                    [
-                        f"{path}: this is a result, expected a scenario;"
-                        f" 'frictionsim show --scenario {path}' prints the scenario in it"
-                    ]
+                fault = (
+                    "this is a result, expected a scenario; 'frictionsim show --scenario"
+                    f" {path}' prints the scenario in it"
                 )
-            return read_text(file)
+            else:
+                return read_text(file)
     except FileNotFoundError as error:
         near = near_files(path, (".toml",))
         if not near or not (path.suffix or "did you mean" in near):
             near = near_shipped(path) or near
-        raise ScenarioError(
-            [f"{path}: cannot read this scenario: {error.strerror}{near}"]
-        ) from None
+        fault = f"cannot read this scenario: {error.strerror}{near}"
     except OSError as error:
-        reason = error.strerror
-        if isdir(path):
-            reason = "this is a folder; 'frictionsim check' takes folders, expected a file"
-        raise ScenarioError([f"{path}: cannot read this scenario: {reason}"]) from None
-    except NoUsableText as error:
-        raise ScenarioError([f"{path}: {error}"]) from None
+        folder = "this is a folder; 'frictionsim check' takes folders, expected a file"
+        fault = f"cannot read this scenario: {folder if isdir(path) else error.strerror}"
     except UnicodeDecodeError as error:
-        raise ScenarioError([f"{path}: invalid UTF-8 at byte {error.start}"]) from None
-    except ValueError as error:  # a NUL in the name
-        raise ScenarioError([f"{path!r}: cannot read this scenario: {error}"]) from None
+        fault = f"invalid UTF-8 at byte {error.start}"
+    except ValueError as error:  # too large, or a NUL in the name
+        fault = str(error)
+    raise ScenarioError([f"{path}: {fault}"])
 
 
 def _parse(name: str, text: str) -> dict[str, Any]:
@@ -224,25 +246,10 @@ def _parse(name: str, text: str) -> dict[str, Any]:
     try:
         return toml_tables(text)
     except NoUsableText as error:
-        raise ScenarioError([f"{name}: {error}"]) from None
+        fault = f": {error}"
     except ValueError as error:
-        raise ScenarioError([f"{name}{_syntax_fault(text, str(error))}"]) from None
-
-
-def _with_positions(
-    faults: list[tuple[KeyPath, str]],
-    name: str | None,
-    lines: dict[KeyPath, int],
-    overridden: dict[KeyPath, str],
-) -> list[str]:
-    """Return the faults as text, with the line or the option that each key comes from."""
-    positioned = []
-    for key, message in faults:
-        option = _option_of(key, overridden, lines)
-        line = 0 if option or name is None else _nearest_line(lines, key)
-        where = option or ("scenario" if name is None else f"{name}:{line}")
-        positioned.append((line, f"{where}: {key_text(key)}: {message}"))
-    return [text for _, text in sorted(positioned, key=lambda fault: fault[0])]
+        fault = _syntax_fault(text, str(error))
+    raise ScenarioError([f"{name}{fault}"])
 
 
 def _syntax_fault(text: str, error: str) -> str:
@@ -256,23 +263,13 @@ def _syntax_fault(text: str, error: str) -> str:
     return f":{number}: not valid TOML: {message}, in '{line[:MAX_KEY_LENGTH]}'{hint}"
 
 
-def _keys(data: Mapping[str, Any]) -> Iterator[KeyPath]:
-    """Yield the paths of all tables and keys of a dict."""
-    for key, value in data.items():
-        yield (key,)
-        if isinstance(value, Mapping):
-            yield from ((key, *path) for path in _keys(value))
-
-
-def _option_of(
-    key: KeyPath, overridden: dict[KeyPath, str], lines: dict[KeyPath, int]
-) -> str | None:
-    """Return the option or argument that a key comes from; None if it is from the source."""
-    for path, option in overridden.items():
+def _option_of(key: KeyPath, options: dict[KeyPath, str], lines: dict[KeyPath, int]) -> str:
+    """Return the option or argument that a key comes from; empty if it is from the source."""
+    for path, option in options.items():
         created = path[: len(key)] == key and key not in lines
         if key[: len(path)] == path or created:
             return option
-    return None
+    return ""
 
 
 def _nearest_line(lines: dict[KeyPath, int], key: KeyPath) -> int:
@@ -280,38 +277,3 @@ def _nearest_line(lines: dict[KeyPath, int], key: KeyPath) -> int:
     while key and key not in lines:
         key = key[:-1]
     return lines.get(key, 1)
-
-
-__all__ = ["ValidationFailure", "validate"]
-
-
-def validate(data: dict[str, Any], folder: Path | None) -> Scenario:
-    """Return the scenario for the data of a TOML file.
-
-    `folder` is the base of relative file names in the data; None if they may not refer to files.
-    Raises a ValidationFailure if the data is invalid.
-    """
-    try:
-        model = _model_of(data)
-    except InputError as error:
-        raise ValidationFailure([(("kind",), str(error))]) from None
-    return validate_model(model, data, folder)
-
-
-def _model_of(data: dict[str, Any]) -> type[Scenario]:
-    """Return the model of the kind of a scenario."""
-    kind = data.get("kind")
-    if isinstance(kind, str):
-        model: type[Scenario] = mechanism_module(kind).SCENARIO
-        return model
-
-    from frictionsim.scenario.validation import toml_text
-
-    kinds = ", ".join(f"'{kind}'" for kind in kind_names())
-    if not data:
-        raise InputError(f"the scenario is empty; it starts with kind, one of {kinds}")
-    if "kind" not in data and "study" in data:
-        raise InputError("missing: this is a study, not a scenario; 'frictionsim sweep' runs it")
-    if "kind" not in data:
-        raise InputError(f"missing; expected one of {kinds}")
-    raise InputError(f"expected one of {kinds}, got {toml_text(kind)}")

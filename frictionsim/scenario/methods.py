@@ -20,24 +20,12 @@ LAWS = {
 
 
 class Method(NamedTuple):
-    """Properties of an integration method.
+    """Properties of an integration method."""
 
-    Attributes
-    ----------
-    scipy_class : str
-        The class in scipy.integrate; empty for our own integrators.
-    implicit : bool
-        The method is implicit, so that stiffness does not limit its steps.
-    fixed_steps : bool
-        All steps have one length, which no tolerance chooses.
-    locates_events : bool
-        Changes of mode are located within steps, to the roundoff of the time.
-    """
-
-    scipy_class: str = ""
-    implicit: bool = False
-    fixed_steps: bool = False
-    locates_events: bool = False
+    scipy_class: str = ""  # in scipy.integrate; empty for our own integrators
+    implicit: bool = False  # so that stiffness does not limit its steps
+    fixed_steps: bool = False  # of one length, which no tolerance chooses
+    locates_events: bool = False  # within steps, to the roundoff of the time
 
     @property
     def resumable(self) -> bool:
@@ -64,15 +52,9 @@ SCIPY = tuple(name for name, method in METHODS.items() if method.scipy_class)
 
 
 class Pair(NamedTuple):
-    """The implementation of a friction law with an integration method.
+    """The implementation of a friction law with an integration method."""
 
-    Attributes
-    ----------
-    fixed_step : bool
-        It accepts a fixed step size, `solver.step`.
-    """
-
-    fixed_step: bool = False
+    fixed_step: bool = False  # it accepts a fixed step size, `solver.step`
 
 
 Pairs = Mapping[tuple[str, str], Pair]
@@ -103,21 +85,6 @@ def methods_of(pairs: Pairs, law: str = "") -> tuple[str, ...]:
     return tuple(dict.fromkeys(m for of, m in pairs if law in ("", of)))
 
 
-def stiff_methods_of(pairs: Pairs, law: str) -> tuple[str, ...]:
-    """Return the methods whose steps a smoothed law does not limit; of other laws none."""
-    fitting = methods_of(pairs, law) if law == REGULARISED else ()
-    return tuple(name for name in fitting if METHODS[name].implicit)
-
-
 def laws_of(pairs: Pairs) -> tuple[str, ...]:
     """Return the friction laws in a table of pairs."""
     return tuple(dict.fromkeys(law for law, _ in pairs))
-
-
-def pair_of(pairs: Pairs, law: str, method: str) -> Pair:
-    """Return the stepper for a friction law and a method.
-
-    Without friction (law "") it is the first that does, with fixed steps if any has these.
-    """
-    fitting = [pair for (of, m), pair in pairs.items() if m == method and law in ("", of)]
-    return fitting[0]._replace(fixed_step=any(pair.fixed_step for pair in fitting))

@@ -15,16 +15,7 @@ FREE_NAME = "NAME"
 
 
 class TableKey(NamedTuple):
-    """A key of a table.
-
-    Attributes
-    ----------
-    name : str
-        As in TOML.
-    field : FieldInfo
-    table : type or None
-        Model of the table, or of each table, that the key holds; None of a value or signal.
-    """
+    """A key of a table, by its name in TOML; with the model of the table that it holds, if any."""
 
     name: str
     field: FieldInfo
@@ -59,14 +50,14 @@ def unit_of(field: FieldInfo) -> str:
 
 def types_and_choices(annotation: Any) -> Iterator[Any]:
     """Yield the types and the literal values of an annotation."""
-    if get_origin(annotation) is Literal:
-        yield from get_args(annotation)
-        return
     arguments = [argument for argument in get_args(annotation) if argument is not type(None)]
-    if not arguments:
+    if get_origin(annotation) is Literal:
+        yield from arguments
+    elif not arguments:
         yield annotation
-    for argument in arguments:
-        yield from types_and_choices(argument)
+    else:
+        for argument in arguments:
+            yield from types_and_choices(argument)
 
 
 def key_names(model: type[BaseModel] | None) -> list[str]:
@@ -74,20 +65,6 @@ def key_names(model: type[BaseModel] | None) -> list[str]:
     if model is None:
         return []
     return [field.alias or name for name, field in model.model_fields.items()]
-
-
-def keys_ending_in(model: type[BaseModel] | None, name: str) -> list[str]:
-    """Return the keys with dots, in tables within a table, whose last part is a name."""
-    if model is None:
-        return []
-    keys = []
-    for table, field in zip(key_names(model), model.model_fields.values(), strict=True):
-        inner = table_model(field.annotation)
-        if inner is None or holds(field.annotation, dict) or holds(field.annotation, tuple):
-            continue
-        ends = [name] if name in key_names(inner) else []
-        keys += [f"{table}.{end}" for end in (*ends, *keys_ending_in(inner, name))]
-    return keys
 
 
 def models_in(annotation: Any) -> Iterator[type[BaseModel]]:
@@ -114,26 +91,20 @@ def holds(annotation: Any, container: type) -> bool:
 def fields_along(model: type[BaseModel], key: str) -> list[list[FieldInfo]]:
     """Return the fields that the parts of a key may be of, as of `forces.load.size`.
 
-    An index or the name of an entry of a list, and a name of the user's choice, have none.
-
-    A value of several forms, such as a signal, has several fields; an unknown key has none.
+    An index or the name of an entry of a list, and a name of the user's choice, have none. A value
+    of several forms, such as a signal, has several fields; an unknown key has an empty list.
     """
-    models, levels, is_list = [model], list[list[FieldInfo]](), False
+    models, levels, is_entry = [model], list[list[FieldInfo]](), False
     for part in map(str.strip, key.split(".")):
-        if is_list or part.isdecimal():
-            is_list = False
-            continue
-        fields = [
-            field
-            for one in models
-            for name, field in one.model_fields.items()
-            if part in (name, field.alias)
-        ]
-        if not fields and levels and any(holds(field.annotation, dict) for field in levels[-1]):
+        named = (item for one in models for item in one.model_fields.items())
+        fields = [field for name, field in named if part in (name, field.alias)]
+        has_names = bool(levels) and any(holds(field.annotation, dict) for field in levels[-1])
+        if is_entry or part.isdecimal() or (has_names and not fields):
+            is_entry = False
             continue
         levels.append(fields)
         models = [inner for field in fields for inner in models_in(field.annotation)]
-        is_list = any(
+        is_entry = any(
             table_model(field.annotation) is not None and holds(field.annotation, tuple)
             for field in fields
         )
@@ -144,15 +115,6 @@ def fields_of_key(model: type[BaseModel], key: str) -> list[FieldInfo]:
     """Return the fields that a key with dots may be of; see `fields_along`."""
     levels = fields_along(model, key)
     return levels[-1] if levels else []
-
-
-def unit_of_key(model: type[BaseModel], key: str) -> str:
-    """Return the unit of the value of a key with dots; empty if it is not known."""
-    unit = ""
-    for fields in fields_along(model, key):
-        for field in fields:
-            unit = unit_of(field) or unit
-    return unit
 
 
 def names_in(key: str) -> list[str]:
@@ -166,15 +128,10 @@ def expanded(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def description_of(model: type[BaseModel], key: str) -> tuple[str, str]:
-    """Return unit and description of a key; the unit is empty if it is no number with a unit.
+    """Return unit and description of a key as of --set; no unit if it is no number with one.
 
-    Parameters
-    ----------
-    model : type
-        Of the kind of the scenario.
-    key : str
-        As of --set; of an entry of a list the unit is that of the list. Several keys have the unit
-        that all of them have, if there is one, and the description of the first.
+    An entry of a list has the unit of the list. Several keys have the unit that all of them have,
+    if there is one, and the description of the first.
     """
     described = [_description_of_one(model, name) for name in names_in(key)]
     unit, words = described[0]
@@ -186,15 +143,9 @@ def _description_of_one(model: type[BaseModel], key: str) -> tuple[str, str]:
     for fields in fields_along(model, key):
         if not fields:
             break
-        extra: Any = fields[0].json_schema_extra
-        if isinstance(extra, dict) and "unit" in extra:
-            unit, words = str(extra["unit"]), fields[0].description or key
-        else:
-            words = fields[0].description or words
-            unit = PURE_NUMBER if _is_whole(fields[0].annotation) else unit
+        field = fields[0]
+        words = field.description or words
+        if field.annotation is int or int in get_args(field.annotation):
+            unit = PURE_NUMBER
+        unit = unit_of(field) or unit
     return unit, words or key
-
-
-def _is_whole(annotation: Any) -> bool:
-    """Return whether a key holds a whole number."""
-    return annotation is int or int in get_args(annotation)

@@ -22,8 +22,6 @@ class Origin(NamedTuple):
     @property
     def values(self) -> dict[str, Any]:
         """The overrides by key, as plain data; None for a key that was taken out."""
-        if not self.overrides:
-            return {}
         from frictionsim.scenario.overrides import values_by_key
 
         return values_by_key(self.overrides)
@@ -31,10 +29,10 @@ class Origin(NamedTuple):
     @property
     def command(self) -> str:
         """The command that solves the scenario again; empty if it is of no file."""
-        from shlex import join
-
         if self.recorded or not self.source:
             return self.recorded
+        from shlex import join
+
         options = (part for override in self.overrides for part in ("--set", override))
         name = "-" if self.source == STDIN else shipped_name(self.source)
         return join(["frictionsim", "solve", name, *options])

@@ -1,15 +1,10 @@
 """Overrides of single keys of a scenario: texts as for --set, or a mapping of keys to values."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError
-from frictionsim.scenario.toml_data import (
-    KeyPath,
-    parsed_value,
-    plain,
-    toml_value,
-)
+from frictionsim.scenario.toml_data import KeyPath, parsed_value, plain, toml_value
 
 Overrides = Mapping[str, Any] | Iterable[str]
 """Values by key, as {"solver.rtol": 1e-9}; or texts KEY=VALUE with VALUE in TOML."""
@@ -21,79 +16,57 @@ BY_TEXT, BY_MAPPING = "--set", "overrides"
 
 
 def apply_overrides(
-    data: dict[str, Any], overrides: Overrides
+    data: dict[str, Any], overrides: Overrides, mapping: str = BY_MAPPING
 ) -> tuple[dict[KeyPath, str], tuple[str, ...]]:
     """Set keys of the data of a scenario, in place.
 
-    Returns, for messages, where each override came from by the path of its key; and the overrides
-    as texts KEY=VALUE.
+    Returns, for messages, where each override came from by the path of its key: --set, or what a
+    `mapping` is called; and the overrides as texts KEY=VALUE.
     """
+    paths, texts = {}, []
+    for key, value, option, where in _entries(overrides, mapping):
+        paths[_set(data, key, value, where)] = option
+        texts.append(f"{key.strip()}={override_text(value)}")
+    return paths, tuple(texts)
+
+
+def _entries(overrides: Overrides, mapping: str) -> Iterator[tuple[str, Any, str, str]]:
+    """Yield key, value, option and the place for a message of each override."""
     if isinstance(overrides, Mapping):
-        paths = {
-            _set(data, str(key), _given(value, f"{BY_MAPPING}: {key}"), f"{BY_MAPPING}: {key}"): (
-                BY_MAPPING
-            )
-            for key, value in overrides.items()
-        }
-        return paths, tuple(f"{key}={override_text(_given(v))}" for key, v in overrides.items())
-    texts = _texts(overrides)
-    return {apply_override(data, text): BY_TEXT for text in texts}, tuple(map(_normalised, texts))
-
-
-def _texts(overrides: Iterable[str]) -> tuple[str, ...]:
+        for key, value in overrides.items():
+            where = f"{mapping}: {key}"
+            yield str(key), value if value is REMOVED else plain(value, where), mapping, where
+        return
     several = isinstance(overrides, Iterable) and not isinstance(overrides, str)
-    texts: tuple[Any, ...] = tuple(overrides) if several else (overrides,)
-    wrong = [text for text in texts if not several or not isinstance(text, str)]
-    if wrong:
-        raise InputError(
-            'overrides: expected a mapping as {"solver.rtol": 1e-9}, or texts KEY=VALUE, got'
-            f" {wrong[0]!r}"
-        )
-    return texts
-
-
-def _normalised(override: str) -> str:
-    """Return an override as the same one in a mapping is written: in one line, equal if equal."""
-    key, _, value = override.partition("=")
-    return f"{key.strip()}={override_text(_parsed(override, value.strip()))}"
-
-
-def _given(value: Any, where: str = "scenario") -> Any:
-    """Return a value of a mapping as TOML has it; None, which TOML has not, takes out the key."""
-    return REMOVED if value is REMOVED else plain(value, where)
+    for text in overrides if several else [overrides]:
+        if not several or not isinstance(text, str):
+            raise InputError(
+                'overrides: expected a mapping as {"solver.rtol": 1e-9}, or texts KEY=VALUE, got'
+                f" {text!r}"
+            )
+        key, equals, value = text.partition("=")
+        where = f"{BY_TEXT} {text}"
+        if not equals or not all(part.strip() for part in key.split(".")):
+            raise ScenarioError([f"{where}: expected KEY=VALUE, as in solver.rtol=1e-9"])
+        yield key, _parsed(where, value.strip()), BY_TEXT, where
 
 
 def override_text(value: Any) -> str:
     """Return the VALUE of --set for a value; words that need no quotes have none."""
     if value is REMOVED:
         return REMOVED_TEXT
-    if isinstance(value, str) and _is_bare_word(value):
-        return value
-    return toml_value(value)
+    return value if isinstance(value, str) and _is_bare_word(value) else toml_value(value)
 
 
 def _is_bare_word(text: str) -> bool:
     """Return whether a text is read as itself without quotes: a word, or a key with dots."""
     parts = text.replace("-", "").replace("_", "").split(".")
-    if not all(part.isalnum() for part in parts) or text[0].isdecimal():
-        return False
-    return text not in (REMOVED_TEXT, "true", "false", "inf", "nan")
-
-
-def apply_override(data: dict[str, Any], override: str) -> KeyPath:
-    """Set one key of the data, in place, from ``a.b=VALUE``; return the path of the key.
-
-    A bare word, or several with dots, is accepted as a string: no nested quotes in shells.
-    """
-    key, equals, text = override.partition("=")
-    where = f"{BY_TEXT} {override}"
-    if not equals or not all(part.strip() for part in key.split(".")):
-        raise ScenarioError([f"{where}: expected KEY=VALUE, as in solver.rtol=1e-9"])
-    return _set(data, key, _parsed(where, text.strip()), where)
+    words = all(part.isalnum() for part in parts) and not text[0].isdecimal()
+    return words and text not in (REMOVED_TEXT, "true", "false", "inf", "nan")
 
 
 def values_by_key(overrides: Iterable[str]) -> dict[str, Any]:
-    """Return overrides KEY=VALUE as data for JSON; None for a key that is taken out.
+    """Return overrides KEY=VALUE of a result as data; None for a key that is taken out.
 
     In a file that others have changed a value may be none of TOML or of JSON; it stays text.
     """
@@ -133,21 +106,20 @@ def _set(data: dict[str, Any], key: str, value: Any, where: str) -> KeyPath:
 
 def _key_in(table: Any, part: str, path: KeyPath, where: str) -> Any:
     """Return a part of a key: a key of a table, or an index into a list, also by name."""
+    above = ".".join(map(str, path))
     if isinstance(table, dict):
         return part
-    above = ".".join(map(str, path))
     if not isinstance(table, list):
         raise ScenarioError([f"{where}: '{above}' is a value and has no keys"])
-    named = [i for i, row in enumerate(table) if isinstance(row, dict) and row.get("name") == part]
-    if named:
-        return named[0]
-    if not part.isdecimal() or int(part) >= len(table):
-        names = [str(row["name"]) for row in table if isinstance(row, dict) and "name" in row]
-        way = f" or a name: {', '.join(names)}" if names else ""
-        raise ScenarioError(
-            [f"{where}: '{above}' is a list of {len(table)}; give an index from 0{way}"]
-        )
-    return int(part)
+    names = [str(row.get("name", "")) if isinstance(row, dict) else "" for row in table]
+    if part in names:
+        return names.index(part)
+    if part.isdecimal() and int(part) < len(table):
+        return int(part)
+    way = f" or a name: {', '.join(filter(None, names))}" if any(names) else ""
+    raise ScenarioError(
+        [f"{where}: '{above}' is a list of {len(table)}; give an index from 0{way}"]
+    )
 
 
 def _parsed(where: str, text: str) -> Any:

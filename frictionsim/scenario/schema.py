@@ -43,16 +43,8 @@ unit_of_key = ContextVar("unit_of_key", default="")
 def unit_field(unit: str, description: str, default: Any = ..., **bounds: Any) -> Any:
     """Declare a field with SI unit and description, for messages and documentation.
 
-    Parameters
-    ----------
-    unit : str
-        SI unit, or ``"1"`` for a pure number.
-    description : str
-        A sentence for the reference of scenarios.
-    default : optional
-        Without a default, the key is required.
-    **bounds
-        Arguments of pydantic's ``Field``: ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ...
+    `unit` is "1" for a pure number; without a default the key is required; `bounds` are arguments
+    of pydantic's `Field`: `gt`, `ge`, `lt`, `le`, `min_length`, ...
     """
     extra: Any = {"unit": unit}
     field: Any = Field(default, description=description, json_schema_extra=extra, **bounds)
@@ -63,11 +55,7 @@ def unit_field(unit: str, description: str, default: Any = ..., **bounds: Any) -
 def inconsistent(where: tuple[str | int, ...], message: str) -> PydanticCustomError:
     """Return the error for values that are valid individually but inconsistent.
 
-    Parameters
-    ----------
-    where : tuple of str or int
-        The key to report, relative to the table whose validator raises this.
-    message : str
+    `where` is the key to report, relative to the table whose validator raises this.
     """
     return PydanticCustomError("inconsistent", "{message}", {"message": message, "where": where})
 
@@ -116,19 +104,7 @@ class CoefficientsOfFriction(Params):
 
 
 def check_kinetic(name: str, kinetic: float, static_name: str, static: float) -> None:
-    """Check that kinetic friction does not exceed static friction.
-
-    Parameters
-    ----------
-    name, static_name : str
-        Keys of the two values.
-    kinetic, static : float
-
-    Raises
-    ------
-    PydanticCustomError
-        If it does.
-    """
+    """Raise the error of a key whose kinetic friction exceeds the static one of another key."""
     if kinetic > static:
         raise inconsistent(
             (name,),

@@ -1,7 +1,6 @@
 """The tables that scenarios of all kinds share: `[solver]`, `[output]`, and the base model."""
 
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
@@ -17,9 +16,8 @@ from frictionsim.scenario.schema import Params, inconsistent, unit_field
 if TYPE_CHECKING:
     from frictionsim.scenario.overrides import Overrides
 
-# More samples of all channels do not fit into the memory of an ordinary machine.
+# More do not fit into the memory of an ordinary machine.
 MAX_SAMPLES = 10_000_000
-MAX_VALUES = 10_000_000_000  # of all channels, tens of gigabytes on a disk
 DEFAULT_SAMPLES = 500
 LONG = 1000.0  # times as long as the drive changes
 
@@ -52,22 +50,6 @@ class SolverSettings(Params):
     max_steps: int = unit_field(
         "1", "Limit of steps; a resumed run may take as many again.", 10_000_000, gt=0
     )
-
-    def budget_advice(self, law: str, pairs: methods.Pairs = methods.SINGLE_DOF) -> str:
-        """Return advice for a run with a friction law that has exceeded its budget."""
-        method, stiff = methods.METHODS[self.backend], methods.stiff_methods_of(pairs, law)
-        fixed = method.fixed_steps or self.step is not None
-        ways = ["resume the run"] if method.resumable else []
-        ways += ["raise the limit", "take longer steps" if fixed else "loosen the tolerances"]
-        if law in (methods.REGULARISED, methods.CREEP):
-            ways.append("increase the transition_speed of the smoothed law")
-        if stiff and not method.implicit:
-            ways[-2:] = [
-                f"take a stiff method, {', '.join(stiff[:-1])} or {stiff[-1]}"
-                f" (--set solver.backend={stiff[0]}): the smoothed law limits the steps of"
-                f" {self.backend}, whatever its tolerances"
-            ]
-        return " or ".join((", ".join(ways[:-1]), ways[-1]))
 
     @field_validator("backend")
     @classmethod
@@ -206,16 +188,6 @@ class Scenario(Params):
         """The sampling interval, s."""
         return self.output.interval or self.solver.duration / DEFAULT_SAMPLES
 
-    def members_of(self, axis: str) -> int:
-        """Return how many members an axis has; scenarios of one coordinate have none."""
-        return 1
-
-    @property
-    def values_of_a_sample(self) -> int:
-        """How many values of the recorded channels there are of each sample."""
-        recorded = self.output.channels or self.CHANNELS
-        return sum(self.members_of(self.CHANNELS[name].axis) for name in recorded)
-
     @property
     def needs_samples(self) -> bool:
         """Whether quantities follow from samples besides those of start, events and end."""
@@ -238,33 +210,32 @@ class Scenario(Params):
         from frictionsim.scenario.signal_tables import last_change, period_of, shorter, too_long
 
         interval, duration = self.interval, self.solver.duration
-        implausible = list(questions(self))
+        warnings = list(questions(self))
         changes = max(map(last_change, self.signals.values()), default=0.0)
         if 0.0 < LONG * changes < duration:
-            implausible.append(
+            warnings.append(
                 f"solver.duration = {duration:g} s is more than {LONG:g} times as long as the drive"
                 f" changes, {changes:g} s: is it meant in seconds?"
             )
         if interval > duration:
-            return [
-                *implausible,
+            warnings.append(
                 f"output.interval = {interval} s is longer than the run: only its start and end"
-                " are sampled",
-            ]
-        periods = {name: period_of(signal, duration) for name, signal in self.signals.items()}
-        return implausible + [
-            f"output.interval = {interval:g} s is longer than a tenth of the period of {name},"
-            f" {period:.6g} s: the samples do not resolve it;"
-            f" {shorter(period, duration, MAX_SAMPLES)}"
-            for name, period in periods.items()
-            if period is not None and too_long(interval, period)
-        ]
+                " are sampled"
+            )
+            return warnings
+        for name, signal in self.signals.items():
+            period = period_of(signal, duration)
+            if period is not None and too_long(interval, period):
+                warnings.append(
+                    f"output.interval = {interval:g} s is longer than a tenth of the period of"
+                    f" {name}, {period:.6g} s: the samples do not resolve it;"
+                    f" {shorter(period, duration, MAX_SAMPLES)}"
+                )
+        return warnings
 
     @field_validator("title")
     @classmethod
     def _title_is_printable(cls, title: str) -> str:
-        if title.isprintable():  # and so without them
-            return title
         if any(character < " " or character == "\x7f" for character in title):
             raise inconsistent((), "expected one line of text, without control characters")
         return title
@@ -273,7 +244,7 @@ class Scenario(Params):
     def friction_effects(self) -> dict[str, Any]:
         """The effects of dry friction, which have a law, by name."""
         effects = getattr(self, "effects", ())
-        return {name: e for name, e in dict(effects).items() if _has_law(type(e))}  # type: ignore[arg-type]
+        return {name: effect for name, effect in effects if hasattr(effect, "law")}
 
     @property
     def law(self) -> str:
@@ -292,74 +263,71 @@ class Scenario(Params):
 
     @property
     def pair(self) -> methods.Pair:
-        """The pair of friction law and method."""
-        return methods.pair_of(self.pairs, self.law, self.solver.backend)
+        """The pair of friction law and method; without friction of all laws of the method."""
+        fixed = [
+            pair.fixed_step
+            for (law, method), pair in self.pairs.items()
+            if method == self.solver.backend and self.law in ("", law)
+        ]
+        return methods.Pair(fixed_step=any(fixed))
 
     @property
     def budget_advice(self) -> str:
         """Advice for a run that has exceeded its budget."""
-        return self.solver.budget_advice(self.law, self.pairs)
+        backend, law = self.solver.backend, self.law
+        method, stiff = methods.METHODS[backend], []
+        if law == methods.REGULARISED:  # whose speed does not limit the steps of these
+            fit = methods.methods_of(self.pairs, law)
+            stiff = [name for name in fit if methods.METHODS[name].implicit]
+        fixed = method.fixed_steps or self.solver.step is not None
+        ways = ["resume the run"] if method.resumable else []
+        ways += ["raise the limit", "take longer steps" if fixed else "loosen the tolerances"]
+        if law in (methods.REGULARISED, methods.CREEP):
+            ways.append("increase the transition_speed of the smoothed law")
+        if stiff and not method.implicit:
+            ways[-2:] = [
+                f"take a stiff method, {', '.join(stiff[:-1])} or {stiff[-1]}"
+                f" (--set solver.backend={stiff[0]}): the smoothed law limits the steps of"
+                f" {backend}, whatever its tolerances"
+            ]
+        return " or ".join((", ".join(ways[:-1]), ways[-1]))
 
     @model_validator(mode="after")
     def _law_and_method_go_together(self) -> Self:
         backend, law = self.solver.backend, self.law
-        if (law, backend) in self.pairs and self.solver.step is None:
-            return self
         fit = methods.methods_of(self.pairs, law)
-        if backend not in methods.methods_of(self.pairs):
-            article = "an" if self.called[0] in "aeiou" else "a"
-            raise inconsistent(
-                ("solver", "backend"),
-                f"'{backend}' does not support {article} {self.called}; use one of:"
-                f" {', '.join(fit)} (--set solver.backend={fit[0]})",
-            )
         if backend not in fit:
+            what = f"integrate the friction law '{law}'"
+            if backend not in methods.methods_of(self.pairs):
+                what = f"support {'an' if self.called[0] in 'aeiou' else 'a'} {self.called}"
             raise inconsistent(
                 ("solver", "backend"),
-                f"'{backend}' does not integrate the friction law '{law}'; use one of"
-                f" {', '.join(fit)} (--set solver.backend={fit[0]}){self._other_law(backend)}",
+                f"'{backend}' does not {what}; use one of {', '.join(fit)}"
+                f" (--set solver.backend={fit[0]})",
             )
         if self.solver.step is not None and not self.pair.fixed_step:
-            fixed = [
+            fixed = ", ".join(
                 f"{method} with law '{of}'" if law else method
-                for (of, method), p in self.pairs.items()
-                if p.fixed_step
-            ]
-            ways = f"remove step, use max_step, or use fixed steps: {', '.join(fixed)}"
+                for (of, method), pair in self.pairs.items()
+                if pair.fixed_step
+            )
             raise inconsistent(
                 ("solver", "step"),
-                f"'{backend}' chooses its steps by the tolerances;"
-                f" {ways if fixed else 'remove step, or use max_step'}",
+                f"'{backend}' chooses its steps by the tolerances; remove step,"
+                + (f" use max_step, or use fixed steps: {fixed}" if fixed else " or use max_step"),
             )
         return self
-
-    def _other_law(self, backend: str) -> str:
-        """Return the advice to change the law to one of the method; empty if impossible."""
-        law = next(of for of, method in self.pairs if method == backend)
-        effects = self.friction_effects
-        given = {
-            key
-            for effect in effects.values()
-            for key in effect.LAW_KEYS
-            if getattr(effect, key) is not None
-        }
-        if given - {"law"}:
-            return ""
-        named = [name for name, effect in effects.items() if effect.law] or [next(iter(effects))]
-        advice = " ".join(f"--set effects.{name}.law={law}" for name in named)
-        return f", or law = '{law}' ({advice})"
 
     @model_validator(mode="after")
     def _channels_exist(self) -> Self:
+        known = list(self.CHANNELS)
         for name in self.output.channels or ():
-            if name not in self.CHANNELS:
-                raise inconsistent(
-                    ("output", "channels"), unknown("channel", name, list(self.CHANNELS))
-                )
+            if name not in known:
+                raise inconsistent(("output", "channels"), unknown("channel", name, known))
         return self
 
     @model_validator(mode="after")
-    def _samples_fit_in_memory(self) -> Self:
+    def _samples_are_not_too_many(self) -> Self:
         if self.interval <= 0.0:  # underflow of a tiny duration
             raise inconsistent(
                 ("solver", "duration"), f"{self.solver.duration} s is too short to sample"
@@ -372,18 +340,4 @@ class Scenario(Params):
                 f" limit is {MAX_SAMPLES}, so use an interval of at least"
                 f" {self.solver.duration / MAX_SAMPLES:.3g} s",
             )
-        values = samples * self.values_of_a_sample
-        if values > MAX_VALUES:
-            raise inconsistent(
-                ("output", "interval"),
-                f"{self.interval} s over {self.solver.duration} s gives {samples:.3g} samples with"
-                f" {self.values_of_a_sample} values each; the limit of values is {MAX_VALUES:g}, so"
-                " use a longer interval, or name fewer output.channels",
-            )
         return self
-
-
-@cache
-def _has_law(effect: type) -> bool:
-    """Return whether an effect is one of dry friction."""
-    return "law" in getattr(effect, "model_fields", ()) or hasattr(effect, "law")

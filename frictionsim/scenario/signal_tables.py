@@ -3,10 +3,11 @@
 A signal is a number, points, a sine, a smooth step, or points from a CSV file.
 """
 
+from collections.abc import Iterator
 from itertools import pairwise
 from math import floor, fmod, inf, log10, pi, radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import (
     BeforeValidator,
@@ -20,10 +21,11 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from frictionsim.errors import InputError
+from frictionsim.errors import InputError, closest
 from frictionsim.scenario.csv_columns import ColumnKey, read_columns
+from frictionsim.scenario.model_fields import unit_of
 from frictionsim.scenario.schema import Params, inconsistent, unit_field, unit_of_key
-from frictionsim.scenario.signals import Constant, Signal, linear, sine, smooth_step
+from frictionsim.scenario.signals import Constant, CubicPiece, Harmonic, Signal, linear
 
 # Number of samples that resolve a period.
 SAMPLES_PER_PERIOD = 10
@@ -33,16 +35,10 @@ ROUNDING = 1e-9  # tolerance for an interval of exactly a tenth
 class PointsTable(Params):
     """Points between which a value is linear: of time, of a speed or of an angle."""
 
-    # The key of what the value depends on, its word in messages, and its unit.
-    ARGUMENT: ClassVar[tuple[str, str, str]]
-
-    if TYPE_CHECKING:  # a field of the tables, behind that of the argument
-        value: tuple[float, ...]
-
     @model_validator(mode="after")
     def _points_make_a_signal(self) -> Self:
-        key, name, unit = self.ARGUMENT
-        points, values = getattr(self, key), self.value
+        (key, points), (_, values) = self
+        field, name = type(self).model_fields[key], key.removesuffix("_deg")
         if len(points) != len(values):
             raise inconsistent(
                 ("value",), f"{len(values)} values for {len(points)} {name}s; give one for each"
@@ -52,21 +48,20 @@ class PointsTable(Params):
                 raise inconsistent(
                     (key,),
                     f"{name}s must increase from point to point, but point {i + 2} at {later}"
-                    f" {unit} follows one at {earlier} {unit}",
+                    f" {unit_of(field)} follows one at {earlier} {unit_of(field)}",
                 )
         return self
+
+
+_POINTS: dict[str, Any] = {"min_length": 1, "strict": False}
 
 
 class PiecewiseLinearTable(PointsTable):
     """`{time = [...], value = [...]}`: linear between the points, constant outside."""
 
-    ARGUMENT = ("time", "time", "s")
-
-    time: tuple[float, ...] = unit_field(
-        "s", "Times of the points, increasing.", min_length=1, strict=False
-    )
+    time: tuple[float, ...] = unit_field("s", "Times of the points, increasing.", **_POINTS)
     value: tuple[float, ...] = Field(
-        min_length=1, strict=False, description="Values at these times; constant before and after."
+        description="Values at these times; constant before and after.", **_POINTS
     )
 
     def signal(self) -> Signal:
@@ -76,26 +71,20 @@ class PiecewiseLinearTable(PointsTable):
 class SpeedTable(PointsTable):
     """`{speed = [...], value = [...]}`: a value that depends on a speed, not on time."""
 
-    ARGUMENT = ("speed", "speed", "rad/s")
-
-    speed: tuple[float, ...] = unit_field(
-        "rad/s", "Speeds of the points, increasing.", min_length=1, strict=False
-    )
+    speed: tuple[float, ...] = unit_field("rad/s", "Speeds of the points, increasing.", **_POINTS)
     value: tuple[float, ...] = Field(
-        min_length=1, strict=False, description="Values at these speeds; constant beyond them."
+        description="Values at these speeds; constant beyond them.", **_POINTS
     )
 
 
 class AngleTable(PointsTable):
     """`{angle_deg = [...], value = [...]}`: a value that depends on an angle, not on time."""
 
-    ARGUMENT = ("angle_deg", "angle", "deg")
-
     angle_deg: tuple[float, ...] = unit_field(
-        "deg", "Angles of the points, increasing; turns are counted.", min_length=1, strict=False
+        "deg", "Angles of the points, increasing; turns are counted.", **_POINTS
     )
     value: tuple[float, ...] = Field(
-        min_length=1, strict=False, description="Values at these angles; constant beyond them."
+        description="Values at these angles; constant beyond them.", **_POINTS
     )
 
 
@@ -116,7 +105,10 @@ class SineTable(Params):
     def signal(self) -> Signal:
         s = self.sine
         phase = radians(fmod(s.phase_deg, 360.0))  # a large one would leave time no digits
-        return sine(s.mean, s.amplitude, 2.0 * pi * s.frequency_hz, phase)
+        if s.amplitude == 0.0:
+            return Constant(s.mean)
+        harmonic = Harmonic(s.amplitude, 2.0 * pi * s.frequency_hz, phase)
+        return Signal([CubicPiece(0.0, s.mean)], harmonic)
 
 
 class SmoothStepParameters(Params):
@@ -141,7 +133,13 @@ class SmoothStepTable(Params):
 
     def signal(self) -> Signal:
         s = self.smooth_step
-        return smooth_step(s.before, s.after, s.start, s.stop)
+        rise, duration = s.after - s.before, s.stop - s.start
+        if rise == 0.0:
+            return Constant(s.before)
+        # 3 x^2 - 2 x^3: the first derivative is continuous, the second jumps at both ends.
+        c2, c3 = 3.0 * rise / duration**2, -2.0 * rise / duration**3
+        step = CubicPiece(s.start, s.before, 0.0, c2, c3)
+        return Signal([CubicPiece(s.start, s.before), step, CubicPiece(s.stop, s.after)])
 
 
 def _column(value: Any) -> ColumnKey:
@@ -184,23 +182,15 @@ class CsvTable(Params):
         path, of_speed = folder / self.csv, getattr(self, "speed", None)
         argument, its_unit = ("speed", "rad/s") if of_speed else ("time", "s")
         wanted: list[ColumnKey] = [of_speed or self.time or 1, self.value or 2]
+        dialect = {"delimiter": self.delimiter, "decimal": self.decimal}
         are_all = not self.model_fields_set - {"csv"}
         try:
-            columns, lines = read_columns(
-                path,
-                wanted,
-                wanted,
-                delimiter=self.delimiter,
-                decimal=self.decimal,
-                are_all=are_all,
-            )
+            columns, lines = read_columns(path, wanted, wanted, are_all=are_all, **dialect)
             x, y = (columns[column] for column in wanted)
             if x.place == y.place:
                 raise InputError(f"'{path}': column {y.place + 1} is that of the {argument}, too")
-            sizes = x.factor(its_unit), y.factor(unit)
-            points, values = (
-                [n * size for n in c.values] for c, size in zip((x, y), sizes, strict=True)
-            )
+            of_x, of_y = x.factor(its_unit), y.factor(unit)
+            points, values = [n * of_x for n in x.values], [n * of_y for n in y.values]
             if len(lines) == 1:
                 raise InputError(
                     f"'{path}' has only one line with numbers, expected at least two; a constant"
@@ -254,28 +244,18 @@ class _FileReader(NamedTuple):
         return reader.__get_pydantic_core_schema__(source, handler)
 
 
-POINTS = "<points>"
-NUMBER = "<number>"  # tags of the forms of a signal that are no tables
-SUM = "<sum>"
-# The tag of a form is part of a validation error's location; it is not a key of the scenario.
+NUMBER, SUM = "<number>", "<sum>"  # tags of the forms of a signal that are no tables
+# Those of tables are named for the first of these keys that they have. A tag is a part of the
+# location of a validation error; it is not a key of the scenario.
 SIGNAL_TAGS: dict[str, type[Params]] = {
-    POINTS: PiecewiseLinearTable,
-    "<sine>": SineTable,
-    "<smooth step>": SmoothStepTable,
-    "<of speed>": SpeedTable,
-    "<of angle>": AngleTable,
     "<csv>": CsvTable,
+    "<speed>": SpeedTable,
+    "<angle_deg>": AngleTable,
+    "<sine>": SineTable,
+    "<smooth_step>": SmoothStepTable,
+    "<time>": PiecewiseLinearTable,
 }
-# The tag of a table, by the first of these keys that it has.
-_TAG_OF_KEY = {
-    "csv": "<csv>",
-    "speed": "<of speed>",
-    "angle_deg": "<of angle>",
-    "sine": "<sine>",
-    "smooth_step": "<smooth step>",
-    "time": POINTS,
-    "value": POINTS,
-}
+_KEYS = [tag.strip("<>") for tag in SIGNAL_TAGS]
 FORMS = '{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}} or {csv = "file.csv"}'
 FORMS_OF_MOTION = "{speed = [...], value = [...]} or {angle_deg = [...], value = [...]}"
 
@@ -288,7 +268,12 @@ def _form(given: Any) -> str | None:
         return SUM
     if not isinstance(given, dict):
         return NUMBER
-    return next((tag for key, tag in _TAG_OF_KEY.items() if key in given), None)
+    found = [key for key in _KEYS if key in given]
+    if not found:  # it is misspelt
+        found = [near for key in given if (near := closest(str(key), _KEYS))]
+    if "value" in given:
+        found.append("time")
+    return f"<{found[0]}>" if found else None
 
 
 # Its message is in `validation`: braces would be placeholders here.
@@ -297,14 +282,14 @@ _ByForm = Discriminator(_form, custom_error_type=NO_SIGNAL, custom_error_message
 
 _AnyForms = (
     Annotated[float, Tag(NUMBER)]
-    | Annotated[PiecewiseLinearTable, Tag(POINTS)]
+    | Annotated[PiecewiseLinearTable, Tag("<time>")]
     | Annotated[SineTable, Tag("<sine>")]
-    | Annotated[SmoothStepTable, Tag("<smooth step>")]
+    | Annotated[SmoothStepTable, Tag("<smooth_step>")]
 )
 _TimeForms = _AnyForms | Annotated[PiecewiseLinearTable, _FileReader(CsvTable), Tag("<csv>")]
 _SpeedOrTimeForms = (
     _AnyForms
-    | Annotated[SpeedTable, Tag("<of speed>")]
+    | Annotated[SpeedTable, Tag("<speed>")]
     | Annotated[PiecewiseLinearTable | SpeedTable, _FileReader(CsvSpeedTable), Tag("<csv>")]
 )
 TimeSignal = Annotated[_TimeForms, _ByForm]
@@ -320,7 +305,7 @@ SpeedOrTimeSignals = Annotated[
 ]
 
 # Over time, over the speed of the body, or over its angle.
-MotionSignal = Annotated[_SpeedOrTimeForms | Annotated[AngleTable, Tag("<of angle>")], _ByForm]
+MotionSignal = Annotated[_SpeedOrTimeForms | Annotated[AngleTable, Tag("<angle_deg>")], _ByForm]
 
 
 def signal_from(table: float | PiecewiseLinearTable | SineTable | SmoothStepTable) -> Signal:
@@ -335,71 +320,55 @@ def period_of(signal: Any, end: float) -> float | None:
     of the shortest pulse: from the start of its rise to the end of its fall. A signal may be a
     tuple of signals, which add.
     """
-    if isinstance(signal, tuple):
-        term_periods = [period_of(term, end) for term in signal]
-        return min((period for period in term_periods if period is not None), default=None)
-    if isinstance(signal, SineTable):
-        return 1.0 / signal.sine.frequency_hz if signal.sine.amplitude else None
-    if not isinstance(signal, PiecewiseLinearTable):
-        return None
-    extrema = [extremum for extremum in _extrema(signal) if 0.0 < extremum.time < end]
-    periods = [extremum.pulse for extremum in extrema]
-    periods += [2.0 * (b.time - a.time) for a, b in pairwise(extrema)]
+    periods: list[float] = []
+    for term in signal if isinstance(signal, tuple) else (signal,):
+        if isinstance(term, SineTable) and term.sine.amplitude:
+            periods.append(1.0 / term.sine.frequency_hz)
+        elif isinstance(term, PiecewiseLinearTable):
+            extrema = [(time, pulse) for time, pulse in _extrema(term) if 0.0 < time < end]
+            periods += [pulse for _, pulse in extrema]
+            periods += [2.0 * (after - before) for (before, _), (after, _) in pairwise(extrema)]
     return min(periods, default=None)
 
 
 def last_change(signal: Any) -> float:
-    """Return the time after which a signal over time is constant, s; inf of a sine."""
+    """Return the time after which a signal is constant, s; inf of a sine, 0 of one of motion."""
     if isinstance(signal, tuple):
         return max(map(last_change, signal))
-    if isinstance(signal, PiecewiseLinearTable):
-        return signal.time[-1]
-    if isinstance(signal, SmoothStepTable):
-        return signal.smooth_step.stop
-    return inf if isinstance(signal, SineTable) else 0.0
+    curve = signal.signal() if hasattr(signal, "signal") else Constant(0.0)
+    return curve.pieces[-1].knot if curve.harmonic is None else inf
 
 
-class _Extremum(NamedTuple):
-    """Time of an extremum, and duration of the monotone parts before and after it, s."""
+def held_value(signal: Any, end: float) -> float | None:
+    """Return the value at which a signal over time stays up to a time `end`; None if at none."""
+    terms = signal if isinstance(signal, tuple) else (signal,)
+    if signal is None or any(isinstance(term, SpeedTable | AngleTable) for term in terms):
+        return None
+    return sum(signal_from(term)(end) for term in terms) if last_change(signal) < end else None
 
-    time: float
-    pulse: float
 
-
-def _extrema(table: PiecewiseLinearTable) -> list[_Extremum]:
-    """Return the extrema of a table of points; of a plateau the middle."""
-    extrema: list[_Extremum] = []
-    rising: bool | None = None
-    began, since = 0.0, 0.0  # start of the last monotone part, and of the last plateau
+def _extrema(table: PiecewiseLinearTable) -> Iterator[tuple[float, float]]:
+    """Yield time and duration of each pulse, s; the time of a plateau is its middle."""
+    slopes: list[tuple[bool, float, float]] = []  # whether it rises, from when to when
     for (t0, v0), (t1, v1) in pairwise(zip(table.time, table.value, strict=True)):
-        if v0 == v1:
-            continue
-        if rising is not None and rising != (v1 > v0):
-            extrema.append(_Extremum(0.5 * (since + t0), t1 - began))
-        rising, began, since = v1 > v0, t0, t1
-    return extrema
+        if slopes and slopes[-1][0] == (v1 > v0) and slopes[-1][2] == t0 and v1 != v0:
+            slopes[-1] = (v1 > v0, slopes[-1][1], t1)
+        elif v1 != v0:
+            slopes.append((v1 > v0, t0, t1))
+    for (rose, began, top), (rises, end_of_top, ended) in pairwise(slopes):
+        if rose != rises:
+            yield 0.5 * (top + end_of_top), ended - began
 
 
 def extremes(signal: Any, end: float) -> tuple[float, float]:
-    """Return the minimum and maximum of a signal between 0 and `end`.
-
-    Parameters
-    ----------
-    signal : number or signal table of the scenario
-    end : float, s
-
-    Returns
-    -------
-    (float, float)
-    """
-    if isinstance(signal, SineTable) and signal.sine.frequency_hz * end >= 1.0:
-        mean, amplitude = signal.sine.mean, abs(signal.sine.amplitude)
-        return mean - amplitude, mean + amplitude
-    value = signal_from(signal)
-    values, t = [value(0.0), value(end)], value.next_extremum(0.0)
+    """Return the minimum and maximum of a number or signal table between 0 and `end`, s."""
+    curve = signal_from(signal)
+    if curve.harmonic is not None and curve.harmonic.angular_frequency * end >= 2.0 * pi:
+        return curve.extremes(0.0, end)
+    values, t = [curve(0.0), curve(end)], curve.next_extremum(0.0)
     while t < end:
-        values.append(value(t))
-        t = value.next_extremum(t)
+        values.append(curve(t))
+        t = curve.next_extremum(t)
     return min(values), max(values)
 
 
@@ -409,7 +378,7 @@ def too_long(interval: float, period: float) -> bool:
 
 
 def shorter(period: float, duration: float, max_samples: int) -> str:
-    """Return the advice on the sampling interval in a warning."""
+    """Return the advice on the sampling interval in a warning: two digits that resolve a period."""
     interval = period / SAMPLES_PER_PERIOD
     unit = 10.0 ** (floor(log10(interval)) - 1)
     digits = floor(interval / unit * (1.0 + ROUNDING))

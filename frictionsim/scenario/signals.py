@@ -32,12 +32,8 @@ class Harmonic(NamedTuple):
 class Signal:
     """A continuous, piecewise smooth function of time: monotone cubic pieces and one harmonic.
 
-    Parameters
-    ----------
-    pieces : sequence of CubicPiece
-        By their knots, s; the first one has no beginning, whatever its knot is.
-    harmonic : Harmonic, optional
-        It is added; there is one piece then, a constant.
+    Pieces are in the order of their knots, s; the first one has no beginning, whatever its knot is.
+    To a harmonic belongs one piece, a constant.
     """
 
     def __init__(self, pieces: Sequence[CubicPiece], harmonic: Harmonic | None = None) -> None:
@@ -118,22 +114,3 @@ def linear(times: Sequence[float], values: Sequence[float]) -> Signal:
         return Constant(values[0])
     pieces = [CubicPiece(t0, v0, (v1 - v0) / (t1 - t0)) for (t0, v0), (t1, v1) in pairwise(points)]
     return Signal([CubicPiece(*points[0]), *pieces, CubicPiece(*points[-1])])
-
-
-def sine(mean: float, amplitude: float, angular_frequency: float, phase: float) -> Signal:
-    """Return mean + amplitude sin(angular_frequency t + phase)."""
-    if amplitude == 0.0:
-        return Constant(mean)
-    return Signal([CubicPiece(0.0, mean)], Harmonic(amplitude, angular_frequency, phase))
-
-
-def smooth_step(before: float, after: float, start: float, stop: float) -> Signal:
-    """Return the transition between two values by 3 x^2 - 2 x^3, constant before and after.
-
-    The first derivative is continuous; the second jumps at both ends.
-    """
-    rise, duration = after - before, stop - start
-    if rise == 0.0:
-        return Constant(before)
-    step = CubicPiece(start, before, 0.0, 3.0 * rise / duration**2, -2.0 * rise / duration**3)
-    return Signal([CubicPiece(start, before), step, CubicPiece(stop, after)])

@@ -1,32 +1,32 @@
-"""Tables as data: TOML and JSON texts, keys and values, the scenario in a result.
-
-The size of a text is limited, since that of a scenario, a study, a result or a sweep may be of
-anyone. `key_lines` gives the line of each key, which tomllib does not report.
-"""
+"""Tables as data: TOML with the line of each key, keys and values, the scenario in a result."""
 
 import json
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike, fsdecode
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
 from frictionsim.errors import InputError, ScenarioError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from frictionsim.results import Record
 
 KeyPath = tuple[str | int, ...]
 
 # Scenarios are written by hand; long signals belong in a CSV file.
 MAX_BYTES = 1024 * 1024
-MAX_RECORDED = 64 * 2**20  # of a scenario with the data of its CSV files
-TOO_DEEP = "tables or lists are nested too deeply"
-# tomllib takes a memory that grows with the square of the parts of a key: 20 GB for 100 000 parts.
-MAX_PARTS = 32  # scenarios are six deep
-# Begins where a word begins: else a long word would be searched again from each of its letters.
+# tomllib takes 20 GB for a key of 100 000 parts. The first part begins where a word begins: else a
+# long word would be searched again from each of its letters.
+MAX_PARTS = 32
 _PART = r"""(?:(?<![\w-])[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*"""
 _LONG_KEY = re.compile(rf"(?:{_PART}){{{MAX_PARTS}}}")
+# A longer statement is a signal of many points. Parsing it again with each added line would be
+# slow, so it is parsed only after lines that may end it.
+LONG_STATEMENT = 100
+CLOSINGS = ("]", "}", '"', "'")
 
 
 class NoUsableText(ValueError):
@@ -46,59 +46,30 @@ def read_text(file: BinaryIO) -> str:
     return content.decode("utf-8-sig")
 
 
-def toml_tables(text: str, parse_float: Callable[[str], Any] = float) -> dict[str, Any]:
-    """Return the tables of a TOML text; `parse_float` as of `tomllib.loads`.
+def toml_tables(text: str) -> dict[str, Any]:
+    """Return the tables of a TOML text.
 
-    Raises a TOMLDecodeError if it is not valid, and NoUsableText if it exceeds a limit or a value
-    cannot be held: an integer of thousands of digits, a date that does not exist.
+    Raises a TOMLDecodeError if it is not valid, and NoUsableText if it is nested too deeply or a
+    value cannot be held: an integer of thousands of digits, a date that does not exist.
     """
-    _check_size(text, MAX_RECORDED)
     if _LONG_KEY.search(text):
         raise NoUsableText(f"a key has more than {MAX_PARTS} parts")
     try:
-        return tomllib.loads(text, parse_float=parse_float)
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError:
         raise
     except RecursionError:
-        raise NoUsableText(TOO_DEEP) from None
+        raise NoUsableText("tables or lists are nested too deeply") from None
     except ValueError as error:
         raise NoUsableText(f"not a usable TOML value: {error}") from None
 
 
 def parsed_value(text: str) -> Any:
-    """Return the value that a TOML text gives, as 0.3 or [1, 2].
-
-    Raises a ValueError if it gives none, or more than one.
-    """
+    """Return the value that a TOML text gives, as 0.3 or [1, 2]; raise a ValueError if not one."""
     data = toml_tables(f"value = {text}")
     if len(data) != 1:  # the text has further lines with keys
         raise ValueError("more than one value")
     return data["value"]
-
-
-def json_value(text: str | bytes, limit: int = MAX_BYTES) -> Any:
-    """Return the value of a JSON text; raises a ValueError if it is invalid, too large or deep.
-
-    `limit` is that of its length.
-    """
-    _check_size(text, limit)
-    try:
-        return json.loads(text)
-    except RecursionError:
-        raise NoUsableText(TOO_DEEP) from None
-
-
-def _check_size(text: str | bytes, limit: int) -> None:
-    if len(text) > limit:
-        raise NoUsableText(f"it is larger than {limit >> 20} MiB")
-
-
-# A longer statement is a signal of many points. Parsing it again with each added line would be
-# slow, so it is parsed only after lines that may end it.
-LONG_STATEMENT = 100
-# Text that is parsed in all; keys further down have the line of a table around them.
-MAX_PARSED = 4_000_000
-CLOSINGS = ("]", "}", '"', "'")
 
 
 def key_lines(text: str) -> dict[KeyPath, int]:
@@ -111,28 +82,23 @@ def key_lines(text: str) -> dict[KeyPath, int]:
     arrays: dict[KeyPath, int] = {}
     header: KeyPath = ()
     statement: list[str] = []
-    parsed_so_far = 0
     for number, line in enumerate(text.split("\n"), start=1):
         statement.append(line)
         if len(statement) > LONG_STATEMENT and not line.rstrip().endswith(CLOSINGS):
             continue
-        source = "\n".join(statement)
-        parsed_so_far += len(source)
-        if parsed_so_far > MAX_PARSED:
-            break
         try:
-            parsed = tomllib.loads(source)
+            parsed = tomllib.loads("\n".join(statement))
         except tomllib.TOMLDecodeError:
             continue
         first = number - len(statement) + 1
-        is_header = statement[0].lstrip().startswith("[")
-        statement = []
-        if is_header:
+        if statement[0].lstrip().startswith("["):
             header = _header(parsed, arrays)
             for depth in range(1, len(header) + 1):
                 lines.setdefault(header[:depth], first)
         else:
-            _add(parsed, header, first, lines)
+            for path in tables_and_keys(parsed, header):
+                lines.setdefault(path, first)
+        statement = []
     return lines
 
 
@@ -151,16 +117,12 @@ def _header(parsed: dict[str, Any], arrays: dict[KeyPath, int]) -> KeyPath:
     return path
 
 
-def _add(table: dict[str, Any], parent: KeyPath, line: int, lines: dict[KeyPath, int]) -> None:
-    """Record the line of all keys of a statement, including those of inline tables."""
-    left = [(parent, table)]
-    while left:
-        around, inner = left.pop()
-        for key, value in inner.items():
-            path = (*around, key)
-            lines.setdefault(path, line)
-            if isinstance(value, dict):
-                left.append((path, value))
+def tables_and_keys(table: Mapping[str, Any], parent: KeyPath = ()) -> Iterator[KeyPath]:
+    """Yield the paths of all tables and keys in a table."""
+    for key, value in table.items():
+        yield (*parent, key)
+        if isinstance(value, Mapping):
+            yield from tables_and_keys(value, (*parent, key))
 
 
 def keys_and_values(
@@ -187,7 +149,7 @@ def keys_and_values(
         yield from keys_and_values(inner, f"{path}.{key}" if path else str(key), lists)
 
 
-def _are_tables(rows: Sequence[Any]) -> bool:
+def _are_tables(rows: "Sequence[Any]") -> bool:
     return all(isinstance(row, Mapping) for row in rows)
 
 
@@ -196,23 +158,13 @@ def plain(value: Any, where: str = "scenario") -> Any:
 
     `where` begins the message of a value of another type.
     """
-    try:
-        return _plain(value, where)
-    except RecursionError:
-        raise ScenarioError(
-            [f"{where}: tables or lists are nested too deeply, or within themselves"]
-        ) from None
-
-
-def _plain(value: Any, where: str) -> Any:
     if isinstance(value, Mapping):
-        return {
-            str(key): _plain(inner, f"{where}{_below(where)}{key}") for key, inner in value.items()
-        }
+        below = "." if ": " in where else ": "  # `scenario: solver.rtol`
+        return {str(key): plain(inner, f"{where}{below}{key}") for key, inner in value.items()}
     if hasattr(value, "tolist"):  # of numpy
         value = value.tolist()
     if isinstance(value, list | tuple):
-        return [_plain(inner, where) for inner in value]
+        return [plain(inner, where) for inner in value]
     if isinstance(value, PathLike):
         return fsdecode(value)
     if isinstance(value, bool | int | float | str):
@@ -222,21 +174,16 @@ def _plain(value: Any, where: str) -> Any:
     )
 
 
-def _below(where: str) -> str:
-    """Return the separator between a place and a key below it: `scenario: solver.rtol`."""
-    return "." if ": " in where else ": "
-
-
-def toml_value(value: Any, number: Callable[[float], str] = repr) -> str:
-    """Return a plain value as TOML in one line, numbers as the function `number` writes them."""
+def toml_value(value: Any) -> str:
+    """Return a plain value as TOML in one line."""
     if isinstance(value, dict):
-        pairs = (f"{_key(key)} = {toml_value(inner, number)}" for key, inner in value.items())
+        pairs = (f"{_key(key)} = {toml_value(inner)}" for key, inner in value.items())
         return f"{{ {', '.join(pairs)} }}" if value else "{}"
     if isinstance(value, list | tuple):
-        return f"[{', '.join(toml_value(inner, number) for inner in value)}]"
+        return f"[{', '.join(map(toml_value, value))}]"
     if isinstance(value, str):
         return _quoted(value)
-    return repr(value).lower() if isinstance(value, bool) else number(value)
+    return repr(value).lower() if isinstance(value, bool) else repr(value)
 
 
 def _key(name: str) -> str:

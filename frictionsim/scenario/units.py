@@ -6,51 +6,35 @@ from typing import NamedTuple
 
 from frictionsim.errors import InputError
 
-# The SI unit of each unit, and its size in this.
-UNITS: dict[str, tuple[str, float]] = {
-    "1": ("1", 1.0),
-    "%": ("1", 0.01),
-    "s": ("s", 1.0),
-    "ms": ("s", 1e-3),
-    "us": ("s", 1e-6),
-    "min": ("s", 60.0),
-    "h": ("s", 3600.0),
-    "rad": ("rad", 1.0),
-    "deg": ("rad", pi / 180.0),
-    "rev": ("rad", 2.0 * pi),
-    "rad/s": ("rad/s", 1.0),
-    "deg/s": ("rad/s", pi / 180.0),
-    "rev/s": ("rad/s", 2.0 * pi),
-    "rpm": ("rad/s", pi / 30.0),
-    "1/min": ("rad/s", pi / 30.0),
-    "rad/s^2": ("rad/s^2", 1.0),
-    "deg/s^2": ("rad/s^2", pi / 180.0),
-    "m": ("m", 1.0),
-    "mm": ("m", 1e-3),
-    "cm": ("m", 1e-2),
-    "um": ("m", 1e-6),
-    "in": ("m", 0.0254),
-    "m/s": ("m/s", 1.0),
-    "mm/s": ("m/s", 1e-3),
-    "km/h": ("m/s", 1.0 / 3.6),
-    "N": ("N", 1.0),
-    "mN": ("N", 1e-3),
-    "kN": ("N", 1e3),
-    "lbf": ("N", 4.4482216152605),
-    "N m": ("N m", 1.0),
-    "mN m": ("N m", 1e-3),
-    "kN m": ("N m", 1e3),
-    "N cm": ("N m", 1e-2),
-    "N mm": ("N m", 1e-3),
-    "gf cm": ("N m", 9.80665e-5),
-    "lbf ft": ("N m", 1.3558179483314004),
-    "J": ("J", 1.0),
-    "mJ": ("J", 1e-3),
-    "kJ": ("J", 1e3),
-    "W": ("W", 1.0),
-    "mW": ("W", 1e-3),
-    "kW": ("W", 1e3),
+# The sizes of the units of each SI unit.
+SIZES: dict[str, dict[str, float]] = {
+    "1": {"1": 1.0, "%": 0.01},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0},
+    "rad": {"rad": 1.0, "deg": pi / 180.0, "rev": 2.0 * pi},
+    "rad/s": {
+        "rad/s": 1.0,
+        "deg/s": pi / 180.0,
+        "rev/s": 2.0 * pi,
+        "rpm": pi / 30.0,
+        "1/min": pi / 30.0,
+    },
+    "rad/s^2": {"rad/s^2": 1.0, "deg/s^2": pi / 180.0},
+    "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254},
+    "m/s": {"m/s": 1.0, "mm/s": 1e-3, "km/h": 1.0 / 3.6},
+    "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605},
+    "N m": {
+        "N m": 1.0,
+        "mN m": 1e-3,
+        "kN m": 1e3,
+        "N cm": 1e-2,
+        "N mm": 1e-3,
+        "gf cm": 9.80665e-5,
+        "lbf ft": 1.3558179483314004,
+    },
+    "J": {"J": 1.0, "mJ": 1e-3, "kJ": 1e3},
+    "W": {"W": 1.0, "mW": 1e-3, "kW": 1e3},
 }
+UNITS = {name: si for si, sizes in SIZES.items() for name in sizes}
 # Other ways to write a unit; the product of two is N*m, N·m, N.m, N-m or Nm.
 _WRITTEN = {
     name.replace(" ", sign): name
@@ -128,9 +112,8 @@ def factor(unit: str, model_unit: str) -> float:
     unit = _WRITTEN.get(unit, unit)
     if unit == model_unit:
         return 1.0
-    si, size = UNITS.get(model_unit, (model_unit, 1.0))
-    fitting = [name for name, (base, _) in UNITS.items() if base == si]
-    if unit not in fitting:
-        known = f"one of {', '.join(fitting)}" if fitting else f"'{model_unit}'"
-        raise InputError(f"expected {known if si else 'no unit'}, got '{unit}'")
-    return UNITS[unit][1] / size
+    sizes = SIZES.get(UNITS.get(model_unit, model_unit), {})
+    if unit not in sizes:
+        known = f"one of {', '.join(sizes)}" if sizes else f"'{model_unit}'"
+        raise InputError(f"expected {known if model_unit else 'no unit'}, got '{unit}'")
+    return sizes[unit] / sizes[model_unit]

@@ -7,17 +7,7 @@ from pydantic import BaseModel, ValidationError
 
 from frictionsim.errors import OUT_OF_RANGE, closest, unknown
 from frictionsim.scenario.model_fields import key_names, models_in, unit_of
-from frictionsim.scenario.signal_tables import (
-    FORMS,
-    NO_SIGNAL,
-    NUMBER,
-    POINTS,
-    SIGNAL_TAGS,
-    SUM,
-    AngleTable,
-    PiecewiseLinearTable,
-    SpeedTable,
-)
+from frictionsim.scenario.signal_tables import FORMS, NO_SIGNAL, NUMBER, SIGNAL_TAGS, SUM
 from frictionsim.scenario.toml_data import KeyPath
 
 TableModel = TypeVar("TableModel", bound=BaseModel)
@@ -36,8 +26,6 @@ WORDS = {
     "column": "should be the name of a column in quotes, or its number from 1",
     NO_SIGNAL: "should be a number",
 }
-# What points depend on: keys.
-ARGUMENTS = [table.ARGUMENT[0] for table in (PiecewiseLinearTable, SpeedTable, AngleTable)]
 # Pydantic says itself how many items or characters there are.
 WITH_COUNT = ("too_short", "too_long")
 
@@ -72,49 +60,39 @@ def validate_model(
 
 def key_text(key: KeyPath) -> str:
     """Return a key for a message: its parts quoted if necessary, shortened, on one line."""
-    return ".".join(map(_part_text, key)) or "scenario"
-
-
-def _part_text(part: str | int) -> str:
-    text = str(part)
-    if not text.replace("-", "_").isidentifier() and not text.isdecimal():
-        text = repr(text)
-    return text if len(text) <= MAX_KEY_LENGTH else text[:MAX_KEY_LENGTH] + "..."
+    parts = (
+        text if text.replace("-", "_").isidentifier() or text.isdecimal() else repr(text)
+        for text in map(str, key)
+    )
+    return ".".join(_shortened(part, MAX_KEY_LENGTH) for part in parts) or "scenario"
 
 
 def toml_text(value: Any) -> str:
     """Return a value as TOML, shortened, for a message."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
     if isinstance(value, dict):
         return "a table" if value else "an empty table"
-    if isinstance(value, str):
-        text = f"'{value}'"
-    elif isinstance(value, list | tuple):
-        text = f"a list of {len(value)}"
-    else:
-        text = str(value)
-    return text if len(text) <= MAX_VALUE_LENGTH else text[: MAX_VALUE_LENGTH - 3] + "..."
+    if isinstance(value, list | tuple):
+        return f"a list of {len(value)}"
+    text = str(value).lower() if isinstance(value, bool) else str(value)
+    return _shortened(f"'{text}'" if isinstance(value, str) else text, MAX_VALUE_LENGTH)
+
+
+def _shortened(text: str, length: int) -> str:
+    return text if len(text) <= length else text[: length - 3] + "..."
 
 
 def _faults(errors: list[Any], model: type[BaseModel]) -> list[tuple[KeyPath, str]]:
     """Return key and message of the errors; a misspelt key is not missing as well."""
     locations = [error["loc"] for error in errors]
-    missing = {error["loc"] for error in errors if error["type"] == "missing"}
-    meant: dict[Any, list[str]] = {}
+    missing = [error["loc"] for error in errors if error["type"] == "missing"]
+    meant = {}
     for location in (error["loc"] for error in errors if error["type"] == "extra_forbidden"):
         siblings = [str(loc[-1]) for loc in missing if loc[:-1] == location[:-1]]
-        argument = PiecewiseLinearTable.ARGUMENT[0]
-        if location[-2:-1] == (POINTS,) and argument in siblings:
-            # It stands for what the points depend on, of which the time is one.
-            near = closest(str(location[-1]), [*ARGUMENTS])
-            meant[location] = [near] if near else [*ARGUMENTS, "value"]
-            missing.remove((*location[:-1], argument))
-        elif near := closest(str(location[-1]), siblings):
-            meant[location] = [near]
+        if near := closest(str(location[-1]), siblings):
+            meant[location] = near
             missing.remove((*location[:-1], near))
     return [
-        _fault(error, model, meant.get(error["loc"]))
+        _fault(error, model, meant.get(error["loc"], ""))
         for error in errors
         if (error["type"] != "missing" or error["loc"] in missing)
         # A list is too short for pydantic where an item of it is invalid.
@@ -126,14 +104,14 @@ def _is_within(location: KeyPath, others: list[KeyPath]) -> bool:
     return any(len(o) > len(location) and o[: len(location)] == location for o in others)
 
 
-def _fault(error: Any, model: type[BaseModel], meant: list[str] | None) -> tuple[KeyPath, str]:
+def _fault(error: Any, model: type[BaseModel], meant: str) -> tuple[KeyPath, str]:
     """Return key and message of one of `ValidationError.errors()`."""
     path, table, unit = _place(model, error["loc"])
     kind, context = error["type"], error.get("ctx", {})
     if kind == "inconsistent":
         return (*path, *context["where"]), context["message"]
     if kind == "extra_forbidden":
-        return path, unknown("key", str(path[-1]), meant or key_names(table))
+        return path, unknown("key", str(path[-1]), [meant] if meant else key_names(table))
     if kind == "missing":
         return path, f"missing; expected a number in {unit}" if unit else "missing"
     if kind in ("value_error", "assertion_error"):  # of a validator
@@ -158,8 +136,7 @@ def _place(
     """
     path: KeyPath = ()
     here: type[BaseModel] | None = model
-    table: type[BaseModel] | None = model
-    unit = ""
+    table, unit = here, ""
     for part in location:
         if part in (NUMBER, SUM):
             continue

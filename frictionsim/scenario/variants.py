@@ -12,44 +12,21 @@ ATOL_OVER_RTOL = 1e-3
 
 
 class Mesh(NamedTuple):
-    """A model in space and its number of bodies.
-
-    Attributes
-    ----------
-    model : str
-    bodies : int
-    overrides : tuple of str
-        `a.b=VALUE` each, as for --set; none for the scenario's own.
-    """
+    """A model in space, its number of bodies, and the overrides that make it, as for --set."""
 
     model: str
     bodies: int
-    overrides: tuple[str, ...] = ()
+    overrides: tuple[str, ...] = ()  # none for the scenario's own
 
 
 class Setting(NamedTuple):
-    """A backend with the settings of one run of a study.
-
-    Attributes
-    ----------
-    backend : str
-    label : str
-        The setting, such as "rtol 1e-5".
-    overrides : tuple of str
-        `a.b=VALUE` each, as for --set.
-    law : str
-        Friction law; empty without friction.
-    laws : tuple of str
-        The overrides that set the law.
-    mesh : Mesh or None
-        None for a mechanism without a mesh.
-    """
+    """A backend with the settings of one run of a study; its overrides are as for --set."""
 
     backend: str
-    label: str
+    label: str  # such as "rtol 1e-5"
     overrides: tuple[str, ...]
-    law: str = ""
-    laws: tuple[str, ...] = ()
+    law: str = ""  # empty without friction
+    laws: tuple[str, ...] = ()  # the overrides that set the law
     mesh: Mesh | None = None
 
     @property

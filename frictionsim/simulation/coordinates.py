@@ -58,7 +58,7 @@ class CoordinateSimulation:
             settings.step or 0.0,
             settings.max_steps,
             subject=subject(system),
-            budget_advice=settings.budget_advice(mechanism.law),
+            budget_advice=scenario.budget_advice,
         )
         self._recording = Recording(system, settings.duration, scenario.interval)
         parts = system, tolerances, self._recording, settings.duration

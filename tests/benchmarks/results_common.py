@@ -16,7 +16,7 @@ import numpy as np
 
 from frictionsim.results import Record, failures
 from frictionsim.scenario.loading import validate
-from frictionsim.scenario.overrides import apply_override
+from frictionsim.scenario.overrides import apply_overrides
 from frictionsim.simulation.simulate import run
 
 ROOT = Path(__file__).parents[2]
@@ -59,8 +59,7 @@ def solve(base: str, *overrides: str, without: Iterable[str] = ()) -> Record:
     data = tomllib.loads((SCENARIOS / f"{base}.toml").read_text())
     for effect in without:
         data["effects"].pop(effect, None)
-    for override in overrides:
-        apply_override(data, override)
+    apply_overrides(data, overrides)
     return run(validate(data, SCENARIOS), lambda t: None)
 
 

@@ -131,7 +131,7 @@ def test_its_view_shows_what_the_brake_takes(command: Command) -> None:
         ),
         (
             "solver.backend=moreau",
-            "solver.backend: 'moreau' does not support a block brake; use one of: events, rkf45"
+            "solver.backend: 'moreau' does not support a block brake; use one of events, rkf45"
             " (--set solver.backend=events)",
         ),
     ],

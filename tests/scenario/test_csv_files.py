@@ -225,7 +225,6 @@ def test_a_number_that_may_be_another_one_is_refused(text: str, tmp_path: Path) 
         ("angles_deg", "(did you mean 'angle_deg'?)"),
         ("sped", "(did you mean 'speed'?)"),
         ("tiem", "(did you mean 'time'?)"),
-        ("rpm", "known: time, speed, angle_deg, value"),
     ],
 )
 def test_keys_of_all_forms_of_points_are_suggested(
@@ -235,8 +234,7 @@ def test_keys_of_all_forms_of_points_are_suggested(
     Path("a.toml").write_text(SHAFT + f'couples = [{{ name = "m", size = {size} }}]\n')
     _, said = told("check", "a.toml", code=2)
     assert said.splitlines() == [
-        f"frictionsim: a.toml:4: couples.0.size.{key}: unknown key '{key}'"
-        f"{'; ' if suggested.startswith('known') else ' '}{suggested}"
+        f"frictionsim: a.toml:4: couples.0.size.{key}: unknown key '{key}' {suggested}"
     ]
 
 

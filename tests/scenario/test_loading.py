@@ -257,20 +257,3 @@ def test_any_bytes_load_or_are_refused(room: Path, content: str | bytes) -> None
 @given(st.lists(keys, max_size=4), st.text(max_size=10) | values.map(str))
 def test_any_override_loads_or_is_refused(room: Path, path: list[str], value: str) -> None:
     loads_or_refuses(write_scenario(room, TEXT), [f"{'.'.join(path)}={value}"])
-
-
-@pytest.mark.parametrize(
-    ("written", "meant"),
-    [
-        ("shaft_frction", "shaft_friction"),
-        ("shaftfriction", "shaft_friction"),
-        ("damping", "viscous_damping"),  # the only one with this ending
-        ("hinge_friction", ""),
-        ("friction", ""),
-    ],
-)
-def test_a_common_ending_is_no_misspelling(written: str, meant: str) -> None:
-    with pytest.raises(fs.ScenarioError) as refused:
-        fs.load("pulley", {f"effects.{written}": {}})
-    suggested = re.findall(r"did you mean '(\w+)'", str(refused.value))
-    assert suggested == ([meant] if meant else [])

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from math import cos, pi
 from pathlib import Path
 from typing import Any
 
@@ -131,6 +132,23 @@ def test_a_duration_in_milliseconds_is_asked_about() -> None:
     sine = {"drive.force": {"sine": {"amplitude": 450.0, "frequency_hz": 0.01}}}
     warnings = fs.load("pulley", {**sine, "solver.duration": 8000.0}).warnings()
     assert not any("duration" in warning for warning in warnings)
+
+
+@given(st.floats(0.2, 3.0), st.integers(12, 80), st.floats(0.02, 0.5))
+def test_samples_of_a_wave_have_the_period_of_the_wave(
+    period: float, points: int, share: float
+) -> None:
+    """However many points a table has of it; of the places of two peaks each errs by a point."""
+    times = [i * period / points for i in range(3 * points + 1)]
+    force = [2000.0 - 500.0 * cos(2.0 * pi * t / period) for t in times]
+    wave = {"drive.force": {"time": times, "value": force}, "solver.duration": times[-1]}
+    warnings = fs.load("pulley", {**wave, "output.interval": share * period}).warnings()
+    told = [warning for warning in warnings if "tenth of the period of drive.force" in warning]
+    if abs(share - 0.1) > 0.2 / points:
+        assert len(told) == (share > 0.1)
+    for warning in told:
+        found = float(warning.partition("drive.force, ")[2].split()[0])
+        assert found == pytest.approx(period, abs=2.0 * period / points)
 
 
 HANGING: Scenario = {"kind": "shaft", "mechanism": {"inertia": 0.1, "mass": 40.0}}

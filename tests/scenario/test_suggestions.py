@@ -1,32 +1,35 @@
 """The key that is meant is suggested, also for a start of it."""
 
+import re
+from typing import Any
+
 import pytest
 
 import frictionsim as fs
-from tests.support.scenarios import pulley
 
-FREQUENCY = {"mean": 0.0, "amplitude": 1.0, "frequency_hz": 2.0}
+SINE = {"sine": {"mean": 0.0, "amplitude": 1.0, "frequency_hz": 2.0}}
 
 
 @pytest.mark.parametrize(
-    ("given", "meant"),
+    ("table", "written", "meant"),
     [
-        ("freq", "frequency_hz"),
-        ("ampl", "amplitude"),
-        ("phase", "phase_deg"),
-        ("frequency", "frequency_hz"),
+        ("drive.force.sine", "freq", "frequency_hz"),
+        ("drive.force.sine", "frequency", "frequency_hz"),
+        ("drive.force.sine", "ampl", "amplitude"),
+        ("drive.force.sine", "phase", "phase_deg"),
+        ("drive.force", "sien", "sine"),
+        ("output", "int", "interval"),
+        ("effects", "shaft_frction", "shaft_friction"),
+        ("effects", "shaftfriction", "shaft_friction"),
+        ("effects", "damping", "viscous_damping"),  # the only one with this ending
+        # A common ending is no misspelling.
+        ("effects", "hinge_friction", ""),
+        ("effects", "friction", ""),
     ],
 )
-def test_a_start_of_a_key_is_enough(given: str, meant: str) -> None:
-    sine = {name: value for name, value in FREQUENCY.items() if name != meant}
-    with pytest.raises(
-        fs.ScenarioError, match=rf"unknown key '{given}' \(did you mean '{meant}'\?\)"
-    ):
-        fs.load(pulley(drive={"force": {"sine": {**sine, given: 1.0}}}))
-
-
-def test_a_start_of_several_keys_suggests_none() -> None:
+def test_the_key_that_is_meant_is_suggested(table: str, written: str, meant: str) -> None:
+    force: dict[str, Any] = {"drive.force": {} if table == "drive.force" else SINE}
     with pytest.raises(fs.ScenarioError) as refused:
-        fs.load(pulley(output={"at_": 1.0, "int": 0.1}))
-    texts = " ".join(refused.value.faults)
-    assert "did you mean 'interval'" in texts
+        fs.load("pulley", {**force, f"{table}.{written}": {}})
+    suggested = re.findall(r"did you mean '(\w+)'", str(refused.value))
+    assert suggested == ([meant] if meant else [])

@@ -50,7 +50,8 @@ def drawn_signal(rng: random.Random) -> tuple[Any, float | None]:
     values = [rng.uniform(1500.0, 3000.0) for _ in range(count)]
     slopes = np.sign(np.diff(values))
     at = [i + 1 for i in range(count - 2) if slopes[i] != slopes[i + 1]]
-    pulses = [times[i + 1] - times[i - 1] for i in at]
+    turns = [0, *at, count - 1]  # a pulse reaches from the turn before it to the one behind it
+    pulses = [times[turns[i + 2]] - times[turns[i]] for i in range(len(at))]
     apart = [2.0 * (times[j] - times[i]) for i, j in pairwise(at)]
     return {"time": times, "value": values}, min(pulses + apart, default=None)
 

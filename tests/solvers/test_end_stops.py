@@ -206,7 +206,7 @@ def test_a_tiny_capture_speed_does_not_make_flights_without_end(stop: float, is_
 
 @pytest.mark.parametrize("backend", ["rkf45", "dop853", "radau"])
 def test_other_methods_have_no_end_stops(backend: str) -> None:
-    with pytest.raises(fs.errors.ScenarioError, match="a shaft with end_stops; use one of: events"):
+    with pytest.raises(fs.errors.ScenarioError, match="a shaft with end_stops; use one of events"):
         fs.load(stopped(0.5, solver__backend=backend))
 
 

@@ -383,11 +383,6 @@ class BeltDriveScenario(Scenario):
                 raise inconsistent(where, unknown("pulley", name, names))
         return self
 
-    def members_of(self, axis: str) -> int:
-        """Return how many members an axis has."""
-        bodies = self.mechanism.belt.bodies
-        return {"": 1, "pulley": len(self.mechanism.pulleys)}.get(axis, bodies)
-
     @property
     def guided(self) -> bool:
         """Whether the belt is guided on its pitch line: no effect asks for motion across it."""
@@ -428,8 +423,10 @@ class BeltDriveScenario(Scenario):
         return {f"drive.{name}.{key}": signal for name, drive in drives for key, signal in drive}
 
     def warnings(self) -> list[str]:
-        """Return warnings about the scenario, also of a creep that depends on the step."""
-        warnings = super().warnings()
+        """Return warnings about the scenario, also of overload and of a creep by the step."""
+        from frictionsim.mechanisms.belt_drive.statics import overloads
+
+        warnings = [*super().warnings(), *overloads(self)]
         friction = self.effects.belt_friction
         if friction is not None and friction.law == "creep" and friction.elementary_time is None:
             warnings.append(

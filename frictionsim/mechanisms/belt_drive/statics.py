@@ -1,5 +1,6 @@
 """The belt at rest at its pretension, without friction, and what friction could hold there."""
 
+from collections.abc import Iterator
 from math import exp, log, sin, tanh
 from sys import float_info
 from typing import TYPE_CHECKING
@@ -8,6 +9,7 @@ import numpy as np
 
 from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
 from frictionsim.results import Quantities, Quantity
+from frictionsim.scenario.signal_tables import held_value
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
@@ -41,13 +43,44 @@ def statics(scenario: "BeltDriveScenario") -> Quantities:
         quantities[f"wrap_angle_{name}"] = Quantity(abs(arc.wrap_angle), "rad")
         quantities[f"shaft_load_{name}"] = Quantity(loads[j], "N")
         if friction is not None:
-            mu = friction.pulleys.get(name, friction).mu_s
-            exponent = mu * abs(arc.wrap_angle)
+            exponent = friction.pulleys.get(name, friction).mu_s * abs(arc.wrap_angle)
             ratio = exp(exponent) if exponent < MAX_EXPONENT else None
             quantities[f"capstan_ratio_{name}"] = Quantity(ratio, "1")
-            limit = 2.0 * tension * pulley.radius * tanh(0.5 * exponent)
+            limit = _torque_limit(tension, pulley.radius, exponent)
             quantities[f"torque_limit_{name}"] = Quantity(limit, "N m")
     return quantities
+
+
+def _torque_limit(tension: float, radius: float, exponent: float) -> float:
+    """Return 2 T R (e - 1)/(e + 1), N m, with e = exp(exponent)."""
+    return 2.0 * tension * radius * tanh(0.5 * exponent)
+
+
+def overloads(scenario: "BeltDriveScenario") -> Iterator[str]:
+    """Say which torques, held up to the end of the run, no friction can balance.
+
+    The limit is that of `statics`, which the pretension gives without an equilibrium. It holds for
+    two pulleys, whose sides keep the sum of their tensions; several may share it otherwise.
+    """
+    if len(scenario.mechanism.pulleys) > 2:
+        return
+    friction, belt = scenario.effects.belt_friction, scenario.mechanism.belt
+    path = scenario.mechanism.path()
+    tension = belt.pretension or belt.axial_rigidity * (path.length / (belt.length or 1.0) - 1.0)
+    for pulley, arc in zip(scenario.mechanism.pulleys, path.arcs, strict=True):
+        drive = scenario.drive.get(pulley.name)
+        torque = held_value(drive.torque, scenario.solver.duration) if drive else None
+        if friction is None or torque is None:
+            continue
+        mu = friction.pulleys.get(pulley.name, friction).mu_s
+        limit = _torque_limit(tension, pulley.radius, mu * abs(arc.wrap_angle))
+        if abs(torque) > limit:
+            yield (
+                f"drive.{pulley.name}.torque = {torque:g} N m is above {limit:.4g} N m, what"
+                f" friction balances at a pretension of {tension:.4g} N: no load keeps the speed"
+                f" steady without slip of the whole belt on '{pulley.name}'; give less torque, or"
+                " more pretension, friction or arc"
+            )
 
 
 def _shaft_loads(scenario: "BeltDriveScenario", equilibrium: Rest) -> list[float]:
