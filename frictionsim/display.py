@@ -215,6 +215,10 @@ EVENT_COLOURS = {"cord": PURPLE, "car rope": BLUE, "counterweight rope": BLUE, "
 """By contact; events of the shaft alone have no contact in their words."""
 
 
+EVENT_DASHES = (2.0, 2.0)
+"""Of the lines of events: dashes and gaps in points, unlike those of lines."""
+
+
 def event_colour(words: str) -> str:
     """Return the colour of an event, which is the same in pictures, charts and tables."""
     contact, _, event = words.rpartition(": ")

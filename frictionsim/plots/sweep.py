@@ -52,6 +52,7 @@ from frictionsim.sweeps.sensitivity import indices_of
 from frictionsim.sweeps.statistics import (
     independent_runs,
     is_constant,
+    jumps_between,
     sound_values,
     statistics_of,
     variation,
@@ -390,22 +391,6 @@ def values_of(table: SweepTable, name: str, runs: Any) -> "Array":
     return np.where(done, table.values[name][runs], np.nan)
 
 
-JUMP = 6.0  # times the changes beside it and JUMP_RANGE of all values: a change that is a jump
-JUMP_RANGE = 0.1
-
-
-def is_jump(x: "Array", y: "Array") -> Any:
-    """Return between which neighbours there is a jump, (n - 1,): the slope is of another size.
-
-    A false one costs a piece of a line, a missed one would show values that no run has.
-    """
-    with np.errstate(invalid="ignore", divide="ignore"):
-        slope = np.abs(np.diff(y) / np.diff(x))
-        beside = np.fmax(np.append(slope[1:], np.nan), np.insert(slope[:-1], 0, np.nan))
-        least = JUMP_RANGE * (np.nanmax(y, initial=-np.inf) - np.nanmin(y, initial=np.inf))
-        return (slope > JUMP * beside) & (np.abs(np.diff(y)) > least)
-
-
 def _draw_curves(
     ax: Any, table: SweepTable, panel: _Panel, axes: Sequence[KeyAxis], scaled: Any
 ) -> None:
@@ -420,9 +405,9 @@ def _draw_curves(
     for i in range(columns.shape[1]):
         y = values[:, i]
         height = np.log(y) if isinstance(norm, LogNorm) else y
-        jumps = is_jump(x, height)
+        jumps = jumps_between(x, height)
         if axes[0].log:
-            jumps &= is_jump(np.log(x), height)
+            jumps &= jumps_between(np.log(x), height)
         places = np.arange(1, x.size)[jumps]
         look = curve_look(i, x.size, is_joined(axes[0], y, table.units[panel.name]))
         ax.plot(np.insert(x, places, np.nan), np.insert(y, places, np.nan), **look)
