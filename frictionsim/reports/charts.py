@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.display import COLOURS, EVENT_DASHES, event_colour, labelled
+from frictionsim.display import COLOURS, event_colour, event_dashes, labelled
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.reports.html import chart_text
@@ -272,7 +272,7 @@ def _mark_events(traces: list[Json], records: Sequence["Record"]) -> list[Json]:
         marker = {"color": colour, "size": 9, "symbol": "triangle-down"}
         trace = {"type": "scatter", "mode": "markers", "marker": marker, "name": chart_text(words)}
         traces.append(trace | {"x": at, "y": [0.0] * len(at)})
-        dashes = " ".join(f"{dash:g}px" for dash in EVENT_DASHES)
+        dashes = " ".join(f"{dash:g}px" for dash in event_dashes(words))
         lines += [_upright(time, {"color": colour, "width": 1.2, "dash": dashes}) for time in at]
     return lines
 

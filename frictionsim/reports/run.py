@@ -5,7 +5,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.display import event_colour, set_line, study_text, time_text, with_minus
+from frictionsim.display import (
+    event_colour,
+    overrides_of,
+    study_text,
+    time_text,
+    with_minus,
+    with_unit,
+)
 from frictionsim.document import Block, Cell, Table
 from frictionsim.errors import InputError
 from frictionsim.motion import motion_of
@@ -14,6 +21,7 @@ from frictionsim.reports.drawing import Drawing
 from frictionsim.reports.html import Html, escaped, folded, html, listed, section, table
 from frictionsim.reports.page import page
 from frictionsim.reports.run_tables import after_label, differences, event_cells, origins, summary
+from frictionsim.scenario.kinds import unit_of
 from frictionsim.simulation.record import event_labels
 
 if TYPE_CHECKING:
@@ -181,7 +189,11 @@ def overview(runs: "Sequence[ReportedRun]") -> Html:
 
 def _set(run: "ReportedRun") -> str:
     """Return the overrides of a run; empty without any."""
-    return set_line(run.record.attributes).removeprefix("set: ")
+    attributes = run.record.attributes
+    return ", ".join(
+        f"{key} = {with_unit(value, unit_of(attributes['kind'], key))}"
+        for key, value in overrides_of(attributes).items()
+    )
 
 
 def status(run: "ReportedRun") -> Html:

@@ -100,3 +100,13 @@ def _faults(kind: str, module: Any) -> list[str]:
     if kind not in get_args(model.model_fields["kind"].annotation):
         faults.append(f"expected kind: Literal['{kind}'] in SCENARIO, as in the entry point")
     return faults
+
+
+def unit_of(kind: str, key: str) -> str:
+    """Return the unit of a key of the scenarios of a kind; empty if it has none or is unknown."""
+    from frictionsim.scenario.model_fields import description_of  # its models are slow to import
+
+    try:
+        return description_of(mechanism_module(kind).SCENARIO, key)[0]
+    except (InputError, AttributeError, KeyError, TypeError):
+        return ""
