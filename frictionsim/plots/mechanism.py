@@ -467,13 +467,14 @@ class GifWriter:
     def saving(self, figure: Figure, path: str, dpi: float) -> Iterator[None]:
         """Write the frames that are grabbed meanwhile."""
         figure.dpi = dpi
-        self._canvas = FigureCanvasAgg(figure)
+        canvas: Any = FigureCanvasAgg(figure)
+        self._canvas = canvas
         for visible in (False, True):
             for ax in self._moving:
                 ax.set_visible(visible)
             if not visible:
-                self._canvas.draw()
-                self._still = self._canvas.copy_from_bbox(figure.bbox)
+                canvas.draw()
+                self._still = canvas.copy_from_bbox(figure.bbox)
         yield
         first, *others = self._images
         duration = int(1000.0 / self._fps)
@@ -494,7 +495,8 @@ def _writer(kind: str, fps: float, drawing: Drawing) -> Any:
         return GifWriter(fps, drawing)
     from matplotlib.animation import FFMpegWriter  # slow
 
-    return FFMpegWriter(fps=fps)
+    writer: Any = FFMpegWriter
+    return writer(fps=fps)
 
 
 def rate_of(kind: str, fps: float | None) -> float:

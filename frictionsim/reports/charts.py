@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
-    Json = dict[str, Any]
 
 Json = dict[str, Any]
 MAX_SAMPLES = 4000  # of a line: more than a screen has pixels side by side
@@ -235,7 +234,10 @@ def figure_of(panels: Sequence[Panel], records: Sequence["Record"], labels: Sequ
         for line in panel.lines:
             label = " ".join(filter(None, (labels[line.run], line.label)))
             colour, dash = (line.run, line.number) if len(labels) > 1 else (line.number, 0)
-            look = {"color": COLOURS[colour % len(COLOURS)], "dash": DASHES[dash % len(DASHES)]}
+            look: Json = {
+                "color": COLOURS[colour % len(COLOURS)],
+                "dash": DASHES[dash % len(DASHES)],
+            }
             look |= {"width": 1.6, "simplify": False, "shape": "hv" if line.steps else "linear"}
             trace = {"type": "scatter", "mode": "lines", "yaxis": f"y{row}", "line": look}
             trace |= {"x": numbers(line.time, "f8"), "y": numbers(line.values)}

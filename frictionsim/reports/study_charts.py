@@ -212,10 +212,10 @@ def _maps(table: "SweepTable", names: "Sequence[str]", keys: list[str]) -> Json:
     chart = Chart(-(-len(names) // columns), columns, wide=0.4)
     x, y = (numbers(table.coordinates[key].values, "f8") for key in keys)
     place = [list(table.dimensions).index(key) for key in keys]
-    axes = [_title(_label(table, key)) for key in keys]
+    across, up = (_title(_label(table, key)) for key in keys)
     for number, name in enumerate(names, start=1):
         values = np.moveaxis(sound_values(table, name).reshape(table.shape), place, (0, 1))
-        (_, right), (low, high) = chart.panel(number, *axes, _label(table, name))
+        (_, right), (low, high) = chart.panel(number, across, up, _label(table, name))
         bar = {"x": right + 0.005, "y": 0.5 * (low + high), "len": high - low, "thickness": 12}
         image = numbers(values.reshape(table.shape[place[0]], -1).T, "f8")
         chart.add(number, "heatmap", x=x, y=y, z=image, colorscale="Cividis", colorbar=bar)
