@@ -215,6 +215,18 @@ EVENT_COLOURS = {"cord": PURPLE, "car rope": BLUE, "counterweight rope": BLUE, "
 """By contact; events of the shaft alone have no contact in their words."""
 
 
+EVENT_DASHES = {
+    **dict.fromkeys(("breakaway", "slips", "slack", "left"), (2.5, 2.0)),
+    **dict.fromkeys(("comes to rest", "sticks", "taut"), (4.0, 1.5, 1.0, 1.5)),
+}
+OTHER_EVENTS = (1.0, 1.5)
+
+
+def event_dashes(words: str) -> tuple[float, ...]:
+    """Return dashes and gaps of the line of an event, in points, shorter than those of lines."""
+    return EVENT_DASHES.get(words.rpartition(": ")[2], OTHER_EVENTS)
+
+
 def event_colour(words: str) -> str:
     """Return the colour of an event, which is the same in pictures, charts and tables."""
     contact, _, event = words.rpartition(": ")

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.display import short_names, study_text, with_unit
 from frictionsim.errors import InputError
-from frictionsim.scenario.loading import ValidationFailure, validate
-from frictionsim.scenario.model_fields import description_of
-from frictionsim.scenario.toml_data import differing_keys, scenario_of
+from frictionsim.scenario.kinds import unit_of
+from frictionsim.scenario.toml_data import differing_keys
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -51,7 +50,7 @@ def _by_keys(records: Sequence["Record"]) -> list[str]:
     keys = [key for key in differing if key not in UNNAMED]
     if not 0 < len(keys) <= MAX_KEYS:
         return []
-    units = [_unit(records[0], key) for key in keys]
+    units = [unit_of(records[0].attributes["kind"], key) for key in keys]
     words = short_names(keys)
     return [
         ", ".join(
@@ -60,13 +59,6 @@ def _by_keys(records: Sequence["Record"]) -> list[str]:
         )
         for i in range(len(records))
     ]
-
-
-def _unit(record: "Record", key: str) -> str:
-    try:
-        return description_of(type(validate(scenario_of(record), Path())), key)[0]
-    except (ValidationFailure, InputError, KeyError, AttributeError, TypeError):
-        return ""
 
 
 def _text(value: Any, unit: str) -> str:

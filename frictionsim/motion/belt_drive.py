@@ -12,18 +12,17 @@ import numpy as np
 from frictionsim.errors import InputError
 from frictionsim.motion.belt_path import (
     arc_of,
-    drawn_pulleys,
     guiding_path,
     patch_members,
     places_on,
+    pulleys_of,
 )
 from frictionsim.motion.parts import Arrow, Body, Detail, Line, Motion, Part, Readout
 from frictionsim.motion.samples import MAX_FRAMES, Samples
 from frictionsim.motion.shapes import bounds_around, scale_of, wheel
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.geometry import Path
-    from frictionsim.motion.belt_path import DrawnPulley
+    from frictionsim.mechanisms.belt_drive.geometry import Path, PulleyCircle
     from frictionsim.motion.parts import Array, Bounds, Integers
     from frictionsim.results import Record
 
@@ -31,7 +30,7 @@ PIECES = 5  # from one body of a guided string to the next, so that an arc looks
 MAX_POINTS, MAX_VALUES, MIN_FRAMES = 300, 60_000, 2  # of a belt; of all its frames together
 MARKS = 25  # approximate number of marks on the belt
 BAR, GAP = 0.6, 0.11  # radii of the smallest pulley: the longest bar; from the belt to the bars
-MAX_DETAILS, SMALL, WINDOW = 4, 0.1, 2.0  # pulleys shown larger; radius of one that needs it; view
+MAX_DETAILS, SMALL, WINDOW = 4, 0.1, 1.8  # pulleys shown larger; radius of one that needs it; view
 MAX_SPEEDS = 6  # pulleys whose speed stands beside the drawing
 
 
@@ -48,7 +47,7 @@ def motion(record: "Record") -> Motion:
     path = guiding_path(record, -1) if stride == 1 else None
     pieces, drawn = PIECES if path is not None else 1, np.arange(0, bodies, stride)
     count = MAX_VALUES // (pieces * len(drawn))
-    at, pulleys = Samples(record, max(MIN_FRAMES, min(MAX_FRAMES, count))), drawn_pulleys(record)
+    at, pulleys = Samples(record, max(MIN_FRAMES, min(MAX_FRAMES, count))), pulleys_of(record)
     points = np.stack([at[axis][:, drawn] for axis in "xy"], axis=-1)
     touched = at["pulley_index"][:, drawn].astype(int) if "pulley_index" in at else None
     tension = at["tension"][:, drawn] if "tension" in at else None
@@ -73,8 +72,9 @@ def motion(record: "Record") -> Motion:
         belt = _along(path, belt)
     bars = [] if touched is None else _bars(at, points, touched, drawn, pulleys)
     corners = [points.reshape(-1, 2)]
-    for _, *centre, radius in pulleys:
-        corners += [np.array([centre]) - radius, np.array([centre]) + radius]
+    for pulley in pulleys:
+        centre = np.array([pulley.center])
+        corners += [centre - pulley.radius, centre + pulley.radius]
     size = float(np.ptp(np.concatenate(corners), axis=0).max())
     smallest = min(pulley.radius for pulley in pulleys)
     bounds = bounds_around(np.concatenate(corners), 0.02 * size + (BAR + GAP) * smallest)
@@ -115,12 +115,12 @@ def _along(path: "Path", belt: Line) -> Line:
 
 
 def _bars(
-    at: Samples, points: "Array", touched: "Integers", drawn: Any, pulleys: "list[DrawnPulley]"
+    at: Samples, points: "Array", touched: "Integers", drawn: Any, pulleys: "list[PulleyCircle]"
 ) -> list[Arrow]:
     """Return the normal forces outward of the belt, and the friction on it, by its way, inward."""
     if "normal_force" not in at or touched.max(initial=-1) >= len(pulleys):
         return []
-    centres = np.array([(pulley.x, pulley.y) for pulley in pulleys])
+    centres = np.array([pulley.center for pulley in pulleys])
     away = points - centres[touched]
     away /= np.maximum(np.linalg.norm(away, axis=-1), np.finfo(float).tiny)[..., None]
     gap = GAP * min(pulley.radius for pulley in pulleys)
@@ -140,7 +140,7 @@ def _bars(
     ]
 
 
-def _wheels(at: Samples, pulleys: "list[DrawnPulley]") -> list[Body]:
+def _wheels(at: Samples, pulleys: "list[PulleyCircle]") -> list[Body]:
     angles = at.get("pulley_angle")
     if angles is not None and angles.shape[1] != len(pulleys):
         raise InputError(
@@ -156,17 +156,17 @@ def _wheels(at: Samples, pulleys: "list[DrawnPulley]") -> list[Body]:
             at.still if angles is None else angles[:, i],
             label=True,
         )
-        for i, (name, x, y, radius) in enumerate(pulleys)
+        for i, (name, (x, y), radius, _) in enumerate(pulleys)
     ]
 
 
-def _details(pulleys: "list[DrawnPulley]", bounds: "Bounds") -> tuple[Detail, ...]:
+def _details(pulleys: "list[PulleyCircle]", bounds: "Bounds") -> tuple[Detail, ...]:
     """Return a view of each pulley if they are small in the whole drawing."""
     if max(pulley.radius for pulley in pulleys) > SMALL * (bounds[1] - bounds[0]):
         return ()
     return tuple(
         Detail(name, (x - WINDOW * r, x + WINDOW * r, y - WINDOW * r, y + WINDOW * r))
-        for name, x, y, r in pulleys[:MAX_DETAILS]
+        for name, (x, y), r, _ in pulleys[:MAX_DETAILS]
     )
 
 

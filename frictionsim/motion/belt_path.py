@@ -1,6 +1,6 @@
 """The ideal line of a belt: for guided strings where they are, for others where their spans are."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,64 +16,43 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 
-class DrawnPulley(NamedTuple):
-    """A pulley of a belt; lengths in m."""
-
-    name: str
-    x: float
-    y: float
-    radius: float
+LINE_TOLERANCE = 1e-3  # of the smallest radius: points no further off are on the line
 
 
-def drawn_pulleys(result: "Record") -> list[DrawnPulley]:
+def pulleys_of(record: "Record") -> list[PulleyCircle]:
     """Return the pulleys of the scenario, in their order."""
     where = ("mechanism", "pulleys")
+
+    def of(number: int, *keys: str | int) -> Any:
+        return scenario_value(record, *where, number, *keys)
+
     return [
-        DrawnPulley(
-            str(scenario_value(result, *where, i, "name")),
-            float(scenario_value(result, *where, i, "center", 0)),
-            float(scenario_value(result, *where, i, "center", 1)),
-            float(scenario_value(result, *where, i, "radius")),
+        PulleyCircle(
+            str(of(i, "name")),
+            (float(of(i, "center", 0)), float(of(i, "center", 1))),
+            float(of(i, "radius")),
+            table.get("side", "inside"),
         )
-        for i in range(len(scenario_value(result, *where)))
+        for i, table in enumerate(scenario_value(record, *where))
     ]
 
 
-LINE_TOLERANCE = 1e-3  # of the smallest radius: points no further off are on the line
-FINE = 0.05  # rad, between the points of a drawn arc
-
-
-def path_of(result: "Record") -> Path | None:
+def path_of(record: "Record") -> Path | None:
     """Return the line of an ideal taut belt round the pulleys of a scenario, if there is one."""
-    tables = scenario_value(result, "mechanism", "pulleys")
     try:
-        return belt_path(
-            [
-                PulleyCircle(
-                    table["name"],
-                    (float(table["center"][0]), float(table["center"][1])),
-                    float(table["radius"]),
-                    table.get("side", "inside"),
-                )
-                for table in tables
-            ]
-        )
-    except (PathError, KeyError, TypeError, ValueError):
+        return belt_path(pulleys_of(record))
+    except (PathError, InputError):
         return None
 
 
 def guiding_path(result: "Record", sample: int) -> Path | None:
     """Return the line that the points of a guided string lie on; None for bodies in the plane."""
-    try:
-        in_plane = "contact" in scenario_of(result).get("effects", {})
-        path = None if in_plane else path_of(result)
-    except InputError:
-        return None
+    path = None if "contact" in scenario_of(result).get("effects", {}) else path_of(result)
     if path is None:
         return None
     points = np.column_stack([result.channels["x"][sample], result.channels["y"][sample]])
     off = np.hypot(*(path.at(places_on(path, points)).position - points).T)
-    radius = min(table["radius"] for table in scenario_value(result, "mechanism", "pulleys"))
+    radius = min(pulley.radius for pulley in pulleys_of(result))
     return path if np.max(off, initial=0.0) <= LINE_TOLERANCE * radius else None
 
 
@@ -100,32 +79,6 @@ def places_on(path: Path, points: "Array") -> "Array":
     places = np.array(candidates) % path.length
     off = [np.hypot(*(path.at(place).position - points).T) for place in places]
     return np.asarray(places[np.argmin(off, axis=0), np.arange(len(points))])
-
-
-def middles_on(path: Path, places: "Array") -> "Array":
-    """Return the places of the joints: joint k is halfway from point k - 1 to point k.
-
-    Each is before its point, where the line begins also below zero.
-
-    Parameters
-    ----------
-    places : (n,), m
-        Of the points.
-    """
-    return np.asarray(places - 0.5 * ((places - np.roll(places, 1)) % path.length))
-
-
-def line_between(path: Path, start: float, stop: float) -> "Array":
-    """Return fine points (n, 2) of a line between two places, m; stop is not before start."""
-    curved = np.asarray([abs(arc.wrap_angle) for arc in path.arcs])
-    lengths = np.roll(np.diff(path.breakpoints)[1::2], 1)
-    step = FINE * float(np.min(lengths / curved))
-    count = 2 + int((stop - start) / step)
-    turns = np.arange(np.floor(start / path.length), np.floor(stop / path.length) + 1.0)
-    corners = (path.breakpoints[:-1] + turns[:, None] * path.length).ravel()
-    inside = corners[(corners > start) & (corners < stop)]
-    places = np.union1d(np.linspace(start, stop, count), inside)
-    return path.at(places % path.length).position
 
 
 def arc_of(path: Path, number: int) -> tuple[float, float]:

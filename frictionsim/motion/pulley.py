@@ -10,7 +10,7 @@ where they pass each other the cord slips.
 """
 
 from math import pi, radians
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,9 +45,7 @@ ARROW, ARC = 2.0, 0.62  # length of the largest force; radius of the arc of the 
 SPACING = 2.0 * pi / 12.0  # of marks on the cord, as of ticks at the rim
 DRAWN_SHAFT = 0.06  # of a shaft whose friction is not simulated
 WINDOW = 2.5  # of the static friction circle: half the side of what is shown larger
-MAX_BOW = 0.9  # of a slack rope
 ROUNDOFF = 1e-9  # of a gap
-BOW_POINTS = 13
 CAR, COUNTERWEIGHT = 1, 2  # bits of the channel `slack`
 TAUT_OR_SLACK = {0: MODE_WORDS[TAUT], 1: MODE_WORDS[SLACK]}
 MARGIN = 0.25
@@ -59,24 +57,6 @@ READOUTS = {
     "cord_slip": "slip of the cord",
     "friction_torque": "friction torque",
 }
-
-
-class _Hanging(NamedTuple):
-    """What hangs on a side of the cord.
-
-    Attributes
-    ----------
-    side : int
-        1 right, -1 left.
-    height : (frames,), m
-        Of its upper edge, relative to the axis.
-    gap : (frames,), m
-        How much longer the cord is drawn than the distance from the wheel; 0 taut.
-    """
-
-    side: int
-    height: "Array"
-    gap: "Array"
 
 
 def motion(record: "Record") -> Motion:
@@ -140,25 +120,24 @@ def _lift(at: Samples, radius: float) -> _Drawn:
     rope = car if "cord_friction" in effects else radius * turned
     heights, smaller = _heights([car, other], radius)
     gaps = (_gap(car - rope, radius), _gap(other + rope, radius))
-    sides = [_Hanging(s, h, g / smaller) for s, h, g in zip((1, -1), heights, gaps, strict=True)]
+    sides = [(radius, heights[0]), (-radius, heights[1])]
     run = rope + radius * _start_angle(at.record)
     over = points_of(*arc(radius, 0.0, pi))
     marks: dict[str, Any] = {"travel": run, "spacing": SPACING * radius}
     lines: list[Part] = [Line("rope", over, "cord", **marks)]
-    lines += [Line("rope", hanging(each, radius), "cord") for each in sides]
+    lines += [Line("rope", points_of((x, 0.0), (x, height)), "cord") for x, height in sides]
     masses, loads, forces = effects["hanging_masses"], list[Part](), list[Part]()
     roles: Any = ("load", "still")
-    for each, name, role in zip(sides, ("car", "counterweight"), roles, strict=True):
-        x, size = at.still + each.side * radius, BLOCK * radius
+    for (x, height), name, role in zip(sides, ("car", "counterweight"), roles, strict=True):
         if float(masses.get(name, 0.0)) > 0.0:
-            shape = block(size * (1.0 if each.side > 0 else 0.7), size, role)
-            loads.append(Body(_named(name, smaller), (shape,), x, each.height, at.still))
+            shape = block(BLOCK * radius * (1.0 if x > 0.0 else 0.7), BLOCK * radius, role)
+            loads.append(Body(_named(name, smaller), (shape,), at.still + x, height, at.still))
         if f"rope_tension_{name}" in at:
             pull = vectors(at.still, -at[f"rope_tension_{name}"])
-            forces.append(Arrow(f"tension, {name}", vectors(x, 0.0), pull, "path"))
+            forces.append(Arrow(f"tension, {name}", vectors(at.still + x, 0.0), pull, "path"))
     if "drive_force" in at:
         edge = BLOCK * radius if float(masses.get("counterweight", 0.0)) > 0.0 else 0.0
-        foot = vectors(-radius, sides[1].height - edge)
+        foot = vectors(-radius, heights[1] - edge)
         pull = vectors(at.still, -at["drive_force"])
         forces.append(Arrow("drive force", foot, pull, "force"))
     if "drive_torque" in at:
@@ -206,16 +185,6 @@ def _start_angle(record: "Record") -> float:
 def _gap(difference: "Array", radius: float) -> "Array":
     """Return the excess length of a slack rope, m; 0 for the roundoff of a taut one."""
     return np.where(difference > ROUNDOFF * radius, difference, 0.0)
-
-
-def hanging(rope: _Hanging, radius: float) -> "Array":
-    """Return a side of the rope from the wheel down, (frames, points, 2), m; a slack one bows."""
-    down = np.linspace(0.0, 1.0, BOW_POINTS if rope.gap.any() else 2)
-    length = -rope.height
-    # A parabola of the depth s is longer than its chord by about 8 s^2/(3 length).
-    bow = np.minimum(np.sqrt(0.375 * length * rope.gap), MAX_BOW * radius)
-    x = rope.side * (radius + 4.0 * bow[:, None] * down * (1.0 - down))
-    return np.stack([x, -length[:, None] * down], axis=-1)
 
 
 def _shaft(at: Samples, radius: float) -> tuple[list[Part], tuple[Detail, ...]]:

@@ -58,11 +58,10 @@ STOP_INNER, STOP_OUTER, STOP_WIDTH = 0.55, 0.75, 0.08  # along an arm, and besid
 LUG = 0.06  # half the width of what comes against a stop where there is no arm
 SPRING = 0.30  # outer radius of a torsion spring
 ARROW, CORD, MARKS = 0.9, 0.7, 0.3  # largest force, length of cords, distance of marks on them
-ARC, ARC_SPACING = 0.5, 0.09  # radius of the arc of the first couple; how much less the next has
+ARC, ARC_SPACING = 0.5, 0.2  # radius of the arc of the first couple; how much smaller the next is
 COIL, MAX_COILS = 1.5, 6.0  # turns of a torsion spring: at least; with more it is left out
 HUB_OF_SHAFT = 1.7  # radius of a hub relative to its shaft
 BARE_RADIUS = 5.0  # radius of a body on which only couples act, relative to its shaft
-MAX_ARROWS, MAX_COUPLES = 24, 4  # forces and couples that are drawn: the largest
 KINDS: "dict[str, Role]" = {"weight": "load", "inertia": "path"}
 READOUTS = {
     "angle": "angle",
@@ -310,14 +309,7 @@ def tail_of(force: AppliedForce, reach: float) -> "tuple[Array, Array]":
     return force.x + CORD * reach * force.along_x, force.y + CORD * reach * force.along_y
 
 
-def _largest(of: Any, count: int) -> set[str]:
-    """Return the names of the forces or couples with the largest sizes."""
-    sizes = {each.name: float(np.max(np.abs(each.size), initial=0.0)) for each in of}
-    return set(sorted(sizes, key=lambda name: -sizes[name])[:count])
-
-
 def _arrows(body: FreeBody, reach: float) -> list[Arrow]:
-    drawn = _largest(body.forces, MAX_ARROWS)
     return [
         Arrow(
             force.name,
@@ -327,7 +319,6 @@ def _arrows(body: FreeBody, reach: float) -> list[Arrow]:
             KINDS.get(force.kind, FORCE_ROLES[i % len(FORCE_ROLES)]),
         )
         for i, force in enumerate(body.forces)
-        if force.name in drawn
     ]
 
 
@@ -335,12 +326,10 @@ def _couples(scenario: "ShaftScenario", body: FreeBody, reach: float) -> list[Pa
     """Return the couples that the scenario gives, as arcs on one scale, each on its radius."""
     given = {couple.name for couple in scenario.couples}
     drawn = [couple for couple in body.couples if couple.name in given]
-    names = _largest(drawn, MAX_COUPLES)
-    drawn = [couple for couple in drawn if couple.name in names]
     largest = max((float(np.abs(couple.size).max()) for couple in drawn), default=0.0)
     parts: list[Part] = []
     for i, couple in enumerate(drawn):
         role = FORCE_ROLES[(len(scenario.forces) + i) % len(FORCE_ROLES)]
-        radius = (ARC - ARC_SPACING * i) * reach
+        radius = ARC * reach / (1.0 + ARC_SPACING * i)
         parts += torque_arc(couple.name, couple.size, radius, largest, role)
     return parts

@@ -1,7 +1,7 @@
 """Shapes of wheels, blocks and forces that several mechanisms share."""
 
 from collections.abc import Iterable
-from math import cos, pi, sin
+from math import cos, floor, log10, pi, sin
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -96,9 +96,9 @@ def shaft_bodies(
     radius: float, still: "Array", static: float = 0.0, kinetic: float = 0.0
 ) -> list[Part]:
     """Return a shaft and its friction circles of radii above 0, m; `still` are zeros, (frames,)."""
-    discs: list[tuple[str, Disc]] = [("shaft", Disc(0.0, 0.0, radius, "fixed"))]
+    discs: list[tuple[str, Disc]] = [("shaft", Disc(0.0, 0.0, radius, "still"))]
     if static > 0.0:
-        discs.append(("static friction circle", Disc(0.0, 0.0, static, "paper", open=True)))
+        discs.append(("static friction circle", Disc(0.0, 0.0, static, "cord", open=True)))
     if kinetic > 0.0:
         discs.append(("kinetic friction circle", Disc(0.0, 0.0, kinetic, "friction", open=True)))
     return [Body(name, (disc,), still, still, still) for name, disc in discs]
@@ -153,6 +153,12 @@ def arc(radius: float, start: float, end: float, count: int = 33) -> "Array":
     """Return points (count, 2) of an arc about the origin; angles in rad, lengths in m."""
     angle = np.linspace(start, end, count)
     return radius * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def bar_below(longest: float) -> float:
+    """Return the largest of ..., 1, 2, 5, 10, ... that does not exceed a value: that of a scale."""
+    power = 10.0 ** floor(log10(longest))
+    return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= longest)
 
 
 def bounds_around(points: "Array", margin: float) -> "Bounds":

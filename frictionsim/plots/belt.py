@@ -10,7 +10,6 @@ from matplotlib.patches import Patch
 
 from frictionsim.display import ARC_SHADES, BLACK, FAINT, VERMILION, picture_text
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, PulleyCircle, belt_path
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
     senses_of,
@@ -18,19 +17,21 @@ from frictionsim.mechanisms.belt_drive.slip import (
     span_tensions,
     speed_at_rest,
 )
+from frictionsim.motion.belt_path import guiding_path, path_of, places_on, pulleys_of
 from frictionsim.plots.mechanism import draw_mechanism
 from frictionsim.plots.over_time import over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
     Look,
     add_legend,
     axis_label,
+    letters_across,
     line_look,
     require_channels,
     set_height,
     set_title,
     title_of,
 )
-from frictionsim.scenario.toml_data import scenario_of, scenario_value
+from frictionsim.scenario.toml_data import scenario_of
 from frictionsim.simulation.averages import last_part, last_seconds, time_mean
 
 if TYPE_CHECKING:
@@ -43,36 +44,6 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 WHOLE = (None, None)
-
-
-def pulleys_of(record: "Record") -> list[PulleyCircle]:
-    """Return the pulleys of the scenario, in their order."""
-    where = ("mechanism", "pulleys")
-
-    def of(number: int, *keys: str | int) -> Any:
-        return scenario_value(record, *where, number, *keys)
-
-    pulleys = [
-        PulleyCircle(
-            str(of(i, "name")),
-            (float(of(i, "center", 0)), float(of(i, "center", 1))),
-            float(of(i, "radius")),
-            table.get("side", "inside"),
-        )
-        for i, table in enumerate(scenario_value(record, *where))
-    ]
-    touched = record.channels.get("pulley_index", np.array(-1))
-    if np.max(touched, initial=-1) >= len(pulleys):
-        raise InputError("bodies in this result touch pulleys that are not in its scenario")
-    return pulleys
-
-
-def path_of(record: "Record") -> Path | None:
-    """Return the line of an ideal taut belt round the pulleys, if there is one."""
-    try:
-        return belt_path(pulleys_of(record))
-    except (PathError, InputError):
-        return None
 
 
 def has_friction(record: "Record") -> bool:
@@ -215,8 +186,6 @@ def _speed_at_rest(record: "Record") -> float:
 # The tension along the belt.
 
 MAX_SAMPLES = 200  # in the mean of the tension
-FINE = 2000  # points of the line of a guided string
-OFF = 0.1  # of the smallest radius: joints of a string, which cut its arcs, are that near its line
 
 
 class BeltLine:
@@ -231,6 +200,7 @@ class BeltLine:
         Numbers of the joints in the order of the line.
     place : (n + 1,), m
         Distances of these joints along the line; the last one is the first again.
+    length : float, m
     arcs, spans : list of (int, float, float)
         Of each stretch of belt on a pulley the pulley, of each span the one before it, with start
         and end, m.
@@ -239,11 +209,9 @@ class BeltLine:
     def __init__(self, record: "Record", sample: int) -> None:
         touched = np.asarray(record.channels["pulley_index"][sample])
         joints = _joints(record, sample)
-        path = guide_of(record, joints)
+        self._path = path = guiding_path(record, sample)
         if path is not None:
-            self._along = np.linspace(0.0, path.length, FINE + 1)
-            self._points = path.at(self._along[:-1]).position
-            places = self.places_of(joints)
+            self.length, places = path.length, places_on(path, joints)
             self.order = np.argsort(places, kind="stable")
             self.place = np.append(places[self.order], places.min() + path.length)
             ends, count = path.breakpoints, len(path.arcs)
@@ -254,7 +222,8 @@ class BeltLine:
         self.order = np.roll(np.arange(len(joints)), -first_free_body(touched))
         self._points = joints[self.order]
         legs = np.roll(self._points, -1, axis=0) - self._points
-        self.place = self._along = np.concatenate([[0.0], np.cumsum(np.hypot(*legs.T))])
+        self.place = np.concatenate([[0.0], np.cumsum(np.hypot(*legs.T))])
+        self.length = float(self.place[-1])
         runs = runs_of(touched[self.order])
         at = [(value, float(self.place[a]), float(self.place[b])) for value, a, b in runs]
         self.arcs = [run for run in at if run[0] >= 0]
@@ -266,6 +235,8 @@ class BeltLine:
 
     def places_of(self, points: "Array") -> "Array":
         """Return the distances along the line, m, of the places nearest to points (m, 2)."""
+        if self._path is not None:
+            return places_on(self._path, points)
         from scipy.spatial import KDTree  # imported here: slow, and needed by this view only
 
         _, nearest = KDTree(self._points).query(points)
@@ -276,7 +247,7 @@ class BeltLine:
         fraction = np.clip(np.sum(away * along, axis=-1) / square, 0.0, 1.0)
         missed = np.sum((away - fraction[..., None] * along) ** 2, axis=-1)
         closer = np.argmin(missed, axis=0), np.arange(len(points))
-        return (self._along[legs] + fraction * np.diff(self._along)[legs])[closer]
+        return (self.place[legs] + fraction * np.diff(self.place)[legs])[closer]
 
     def mean(self, record: "Record", samples: Any) -> "Array":
         """Return the mean tension, N, at the places of the line, which are fixed in space."""
@@ -284,18 +255,8 @@ class BeltLine:
         for sample in samples:
             places = self.places_of(_joints(record, sample))
             tension = record.channels["tension"][sample]
-            total += np.interp(self.place, places, tension, period=self._along[-1])
+            total += np.interp(self.place, places, tension, period=self.length)
         return total / len(samples)
-
-
-def guide_of(record: "Record", joints: "Array") -> Path | None:
-    """Return the line that a guided string lies on; None for bodies in the plane."""
-    path = None if "contact" in scenario_of(record).get("effects", {}) else path_of(record)
-    if path is None:
-        return None
-    line = path.at(np.linspace(0.0, path.length, FINE)).position
-    off = np.hypot(*(joints[:, None] - line).T).min(axis=0)
-    return path if off.max() <= OFF * min(pulley.radius for pulley in pulleys_of(record)) else None
 
 
 def _joints(record: "Record", sample: int) -> "Array":
@@ -356,7 +317,8 @@ def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) ->
     write_above(ax, names, belt.place)
     ax.set_ylabel(axis_label("tension", record.units["tension"]))
     first, second, *_ = (pulley.name for pulley in pulleys)
-    ax.set_xlabel(axis_label(f"distance along the belt from {first} towards {second}", "m", 80))
+    words = f"distance along the belt from {first} towards {second}"
+    ax.set_xlabel(axis_label(words, "m", int(0.8 * letters_across(figure))))
     add_legend(figure, handles)
 
 
@@ -470,5 +432,4 @@ def drive(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> N
     """
     more = ("friction_force", "sticking") if has_friction(record) else ()
     require_channels(record, "drive", (*NEEDED, *more))
-    pulleys_of(record)
     draw_mechanism(record, figure, sample)

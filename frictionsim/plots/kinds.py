@@ -193,7 +193,7 @@ def traction(record: "Record", figure: "Figure | SubFigure", window: "Window" = 
     require_channels(record, "traction", (CAR, COUNTERWEIGHT))
     known = with_derived(record)
     wanted = {
-        "tension of the counterweight over that of the car": RATIO,
+        "counterweight's tension / car's": RATIO,
         "speed of slip": SLIDING,
         "slip of the cord": "cord_slip",
     }

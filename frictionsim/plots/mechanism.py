@@ -4,22 +4,25 @@ The whole stands above its enlarged parts. The key has each force with its size 
 """
 
 import shutil
-from collections.abc import Callable, Sequence
-from math import ceil, floor, inf, log10
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from math import ceil, inf
 from pathlib import Path
 from subprocess import CalledProcessError
 from tempfile import TemporaryDirectory
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, Polygon
-from matplotlib.patheffects import withStroke
-from matplotlib.transforms import Affine2D
+from matplotlib.transforms import Affine2D, ScaledTranslation
+from PIL import Image
 
 from frictionsim.display import (
     BELT_CONTACT,
@@ -37,16 +40,17 @@ from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.output_file import ANIMATIONS, check_output, write_file
 from frictionsim.motion import motion_of
 from frictionsim.motion.parts import Arrow, Body, Disc, Line
+from frictionsim.motion.shapes import bar_below
 from frictionsim.plots.over_time import part_of
 from frictionsim.plots.style import (
     DOTS_PER_INCH,
+    POINTS,
     Look,
     add_legend,
     axis_label,
     letters_across,
     new_figure,
     plain,
-    set_height,
     set_title,
     short_overrides,
     styled,
@@ -76,8 +80,7 @@ class Mechanism:
         self.ax, self._motion = ax, motion
         self._moves: list[Callable[[int], None]] = []
         left, right, low, high = bounds
-        ax.set(xlim=(left, right), ylim=(low, high))
-        ax.set_axis_off()
+        ax.set(xlim=(left, right), ylim=(low, high), aspect="equal")
         draw: dict[type, Callable[[Any], None]] = {
             Body: self._body,
             Line: self._line,
@@ -85,6 +88,7 @@ class Mechanism:
         }
         for part in motion.parts:
             draw[type(part)](part)
+        _draw_scales(ax, motion, bounds)
 
     def show(self, frame: int) -> None:
         """Show a frame."""
@@ -199,9 +203,9 @@ def _marks(line: Line, points: Any, frame: int) -> Any:
 
 # Pictures.
 
-MIN_WHOLE, MAX_WHOLE, DETAIL, FRAME = 1.3, 4.6, 2.7, 0.9  # inches, of drawings, and of the title
-MAX_DETAILS = 4  # in a row
-BAR = 0.22  # of the width of the drawing: the longest bar of a scale
+MIN_WHOLE, MAX_WHOLE, DETAIL, FRAME = 1.3, 4.6, 2.4, 0.9  # inches, of drawings, and of the title
+BESIDE = (3.0, 2.0)  # widths of the whole and of a single detail, which stands beside it
+BAR, BELOW = 0.22, 11.0  # of the width of the drawing: the longest bar of a scale; points
 
 
 class Drawing:
@@ -210,38 +214,40 @@ class Drawing:
     def __init__(self, motion: "Motion", figure: "Figure | SubFigure", title: str) -> None:
         self._motion = motion
         left, right, low, high = motion.bounds
-        width = float(figure.bbox.width / figure.dpi)
+        details, beside = motion.details, len(motion.details) == 1
+        width = float(figure.bbox.width / figure.dpi) * (BESIDE[0] / sum(BESIDE) if beside else 1.0)
         whole = float(np.clip(width * (high - low) / (right - left), MIN_WHOLE, MAX_WHOLE))
-        self._details = motion.details[: 2 * MAX_DETAILS]
-        columns = min(max(len(self._details), 1), MAX_DETAILS)
-        rows = -(-len(self._details) // columns)
         self._lines = _readout_lines(motion.readouts, letters_across(figure, 0.83))
-        text = 0.16 * (1 + len(self._lines))
+        heights = [0.16 * (1 + len(self._lines)), whole]
+        heights += [min(DETAIL, width / len(details))] if details and not beside else []
         coloured = [p for p in motion.parts if isinstance(p, Line) and p.value is not None]
-        set_height(figure, FRAME + text + whole + DETAIL * rows + (0.7 if coloured else 0.0))
+        if isinstance(figure, Figure):  # else it has the height of its place
+            figure.set_figheight(FRAME + sum(heights) + (0.7 if coloured else 0.0))
         set_title(figure, title)
-        heights = [text, whole, *[DETAIL] * rows]
-        grid = figure.add_gridspec(2 + rows, columns, height_ratios=heights)
-        beside = figure.add_subplot(grid[0, :])
-        beside.set_axis_off()
-        self._text = beside.text(0.0, 1.0, "", fontsize="small", va="top")
-        self.axes = figure.add_subplot(grid[1, :])
-        views = [Mechanism(self.axes, motion, motion.bounds)]
-        self.axes.set_aspect("equal")
-        _draw_scales(self.axes, motion, motion.bounds, below=True)
-        for i, detail in enumerate(self._details):
-            ax = figure.add_subplot(grid[2 + i // columns, i % columns])
-            ax.set_title(plain(detail.name), fontsize="small")
-            views.append(Mechanism(ax, motion, detail.bounds))
-            ax.set_aspect("equal")
-            _draw_scales(ax, motion, detail.bounds, below=False)
-        self._views = views
+        columns = 2 if beside else max(len(details), 1)
+        widths = BESIDE if beside else None
+        grid = figure.add_gridspec(
+            len(heights), columns, height_ratios=heights, width_ratios=widths
+        )
+        top = figure.add_subplot(grid[0, :])
+        top.set_axis_off()
+        self._text = top.text(0.0, 1.0, "", fontsize="small", va="top")
+        self.axes = figure.add_subplot(grid[1, 0] if beside else grid[1, :])
+        self._views = [Mechanism(self.axes, motion, motion.bounds)]
+        self.axes.set_axis_off()
+        for i, detail in enumerate(details):
+            ax = figure.add_subplot(grid[1, 1] if beside else grid[2, i])
+            ax.set_title(plain(fill(detail.name, 24)), fontsize="small")
+            ax.set(xticks=[], yticks=[])
+            self._views.append(Mechanism(ax, motion, detail.bounds))
         for line in coloured:
             values = np.asarray(line.value)
             scale = Normalize(float(values.min()), float(values.max()))
             colours = ScalarMappable(scale, TENSION_COLOURS)
             bar = figure.colorbar(colours, ax=self.axes, location="bottom", aspect=50, pad=0.02)
             bar.set_label(axis_label(line.quantity, line.unit))
+
+        self.moving = [top, *(view.ax for view in self._views)]
 
     def show(self, frame: int) -> None:
         """Show a frame with its numbers."""
@@ -278,31 +284,22 @@ def _number(readout: "Readout", frame: int) -> str:
     return with_unit(with_minus(picture_text(value)), readout.unit)
 
 
-def round_below(value: float) -> float:
-    """Return the largest of ..., 1, 2, 5, 10, ... that does not exceed a value."""
-    power = 10.0 ** floor(log10(value))
-    return max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= value)
-
-
-def _draw_scales(ax: Any, motion: "Motion", bounds: "Bounds", below: bool) -> None:
-    """Draw bars for a length and a force: below a drawing, or in its lower left corner."""
-    left, right, low, high = bounds
+def _draw_scales(ax: Any, motion: "Motion", bounds: "Bounds") -> None:
+    """Draw bars for a length and a force below a drawing."""
+    left, right, low, _ = bounds
     wide = BAR * (right - left)
     sizes = [np.linalg.norm(p.vector, axis=-1).max() for p in motion.parts if isinstance(p, Arrow)]
-    scales = [(round_below(wide), "m", 1.0)]
+    scales = [(bar_below(wide), "m", 1.0)]
     if motion.scale > 0.0:
-        force = round_below(min(wide / motion.scale, float(max(sizes))))
+        force = bar_below(min(wide / motion.scale, float(max(sizes))))
         scales.append((force, "N", motion.scale))
-    for i, (size, unit, scale) in enumerate(scales):
-        at = left, low + (0.12 - 0.08 * i if not below else -0.02 - 0.08 * i) * (high - low)
-        end = at[0] + size * scale
-        halo = [withStroke(linewidth=3.0, foreground="white")]
-        line: Look = {"color": BLACK, "linewidth": 1.2, "marker": "|", "clip_on": False}
-        line["path_effects"] = halo
-        ax.plot([at[0], end], [at[1]] * 2, zorder=8, **line)
-        text: Look = {"xytext": (5.0, 0.0), "textcoords": "offset points", "va": "center"}
-        text |= {"fontsize": "x-small", "annotation_clip": False, "zorder": 8, "path_effects": halo}
-        ax.annotate(f"{study_text(size)} {unit}", (end, at[1]), **text)
+    for row, (size, unit, scale) in enumerate(scales, start=1):
+        down = ScaledTranslation(0.0, -row * BELOW / POINTS, ax.figure.dpi_scale_trans)
+        ends, look = [left, left + size * scale], {"color": BLACK, "linewidth": 1.2, "marker": "|"}
+        ax.plot(ends, [low, low], transform=ax.transData + down, clip_on=False, **look)
+        text: Look = {"xytext": (5.0, -row * BELOW), "textcoords": "offset points", "va": "center"}
+        text |= {"fontsize": "x-small", "annotation_clip": False}
+        ax.annotate(f"{study_text(size)} {unit}", (ends[1], low), **text)
 
 
 def key_of(motion: "Motion", frame: int | None = None) -> dict[str, Any]:
@@ -347,11 +344,11 @@ def _sized(words: str, size: Any, unit: str, frame: int | None) -> str:
 def _sample(body: Body) -> Any:
     shape = body.shapes[0]
     colour = ROLES[shape.role]
-    disc, is_open = isinstance(shape, Disc), getattr(shape, "open", False)
-    marker: Look = {"linestyle": "", "marker": "o" if disc else "s", "markersize": 8}
-    if is_open:
-        dark = ROLES["fixed"] if shape.role == "paper" else "none"
-        return Line2D([], [], mec=colour, mew=1.6, mfc=dark, **marker)
+    marker: Look = {"linestyle": "", "marker": "s", "markersize": 8}
+    if isinstance(shape, Disc):
+        marker["marker"] = "o"
+        if shape.open:
+            return Line2D([], [], mec=colour, mew=1.6, mfc="none", **marker)
     return Line2D([], [], mfc=colour, mec=EDGE, mew=0.8, **marker)
 
 
@@ -424,8 +421,6 @@ def animate(
     name : str
         Of the file of the result, for messages.
     """
-    from matplotlib.animation import FFMpegWriter, PillowWriter  # slow, and not for pictures
-
     check_animation(path)
     kind = path.suffix.lower()
     try:
@@ -445,9 +440,8 @@ def animate(
         drawing.show(0)
         add_legend(figure, key_of(motion), columns=3)
         figure.draw_without_rendering()
-        figure.set_layout_engine("none")  # what is drawn keeps its place
-        writers: dict[str, Any] = {".gif": PillowWriter, ".mp4": FFMpegWriter}
-        part, writer = Path(folder, f"animation{kind}"), writers[kind](fps=fps)
+        figure.set_layout_engine(None)  # what is drawn keeps its place, and is drawn once
+        part, writer = Path(folder, f"animation{kind}"), _writer(kind, fps, drawing)
         try:
             with writer.saving(figure, str(part), DOTS_PER_INCH):
                 for count, frame in enumerate(frames.tolist(), 1):
@@ -460,6 +454,49 @@ def animate(
             reason = lines[-1] if lines else f"it ended with code {error.returncode}"
             raise OutputError(f"cannot write the animation: ffmpeg failed: {reason}") from None
         write_file(path, part.read_bytes(), ANIMATIONS[kind])
+
+
+class GifWriter:
+    """A GIF, of which a frame draws anew only what moves: like a writer of matplotlib."""
+
+    def __init__(self, fps: float, drawing: Drawing) -> None:
+        self._fps, self._moving = fps, drawing.moving
+        self._images: list[Image.Image] = []
+
+    @contextmanager
+    def saving(self, figure: Figure, path: str, dpi: float) -> Iterator[None]:
+        """Write the frames that are grabbed meanwhile."""
+        figure.dpi = dpi
+        canvas: Any = FigureCanvasAgg(figure)
+        self._canvas = canvas
+        for visible in (False, True):
+            for ax in self._moving:
+                ax.set_visible(visible)
+            if not visible:
+                canvas.draw()
+                self._still = canvas.copy_from_bbox(figure.bbox)
+        yield
+        first, *others = self._images
+        duration = int(1000.0 / self._fps)
+        first.save(path, save_all=True, append_images=others, duration=duration, loop=0)
+
+    def grab_frame(self) -> None:
+        """Draw a frame."""
+        self._canvas.restore_region(self._still)
+        for ax in self._moving:
+            ax.draw(self._canvas.get_renderer())
+        image = Image.fromarray(np.asarray(self._canvas.buffer_rgba())).convert("RGB")
+        octree = Image.Quantize.FASTOCTREE  # ten times faster than the default
+        self._images.append(image.quantize(method=octree, dither=Image.Dither.NONE))
+
+
+def _writer(kind: str, fps: float, drawing: Drawing) -> Any:
+    if kind == ".gif":
+        return GifWriter(fps, drawing)
+    from matplotlib.animation import FFMpegWriter  # slow
+
+    writer: Any = FFMpegWriter
+    return writer(fps=fps)
 
 
 def rate_of(kind: str, fps: float | None) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from frictionsim.display import GREY, STICK_SHADE, event_colour, picture_text
+from frictionsim.display import GREY, STICK_SHADE, event_colour, event_dashes, picture_text
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.plots.style import (
     LIMIT,
@@ -44,18 +44,11 @@ MAX_PANELS = 16
 MAX_MARKS = 60  # events; marks of more would hide the channels
 ROW = 0.07  # of the height of a panel, of a row of marks above it, for each of several results
 
-DASHED, DASH_DOTTED, DOTTED = (0, (5, 2)), (0, (5, 1.5, 1, 1.5)), (0, (1, 1))
-DASHES_OF_EVENT = {
-    **dict.fromkeys(("breakaway", "slips", "slack", "left"), DASHED),
-    **dict.fromkeys(("comes to rest", "sticks", "taut"), DASH_DOTTED),
-    **dict.fromkeys(("reverses", "impact"), DOTTED),
-}
-
 
 def event_look(words: str) -> Look:
     """Return the look of the lines of an event, which has the same one in each picture."""
-    dashes = DASHES_OF_EVENT.get(words.rpartition(": ")[2], (0, (1, 1.5)))
-    return {"color": event_colour(words), "linestyle": dashes, "linewidth": 1.0}
+    dashes = (0, event_dashes(words))
+    return {"color": event_colour(words), "linestyle": dashes, "linewidth": 1.2}
 
 
 def over_time(
@@ -133,19 +126,24 @@ def over_time(
 
 def _lines(record: "Record", channels: Mapping[str, str], known: dict[str, int]) -> Any:
     """Yield words, look and points of the lines of a panel: of each channel and each member."""
-    for name, words in channels.items():
+    for place, (name, words) in enumerate(channels.items()):
         times, values = with_jumps(record, name)
         axis = record.axes.get(name, "")
         if not axis:
             number = known.setdefault(words, len(known)) if words else 0
-            yield words, line_look(number), (times, values)
+            several = _width(place) if len(channels) > 1 else {}
+            yield words, line_look(number) | several, (times, values)
             continue
         for i, column in enumerate(values.T):
-            # A line that covers another one is narrower.
-            width = {"linewidth": 2.2 if i == 0 else 1.1}
+            width = _width(i)
             member = str(record.members[axis][i])
             if words in ("", member):
                 yield member, line_look(i) | width, (times, column)
+
+
+def _width(place: int) -> Look:
+    """Return the width of a line of several: one that covers another is narrower."""
+    return {"linewidth": 2.2 if place == 0 else 1.1}
 
 
 def mark(axes: Any, record: "Record", window: "Window") -> dict[str, Any]:

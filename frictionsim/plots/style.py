@@ -11,10 +11,11 @@ from warnings import catch_warnings, simplefilter
 from matplotlib import rc_context, rcdefaults, rcParams
 from matplotlib.figure import Figure, FigureBase
 
-from frictionsim.display import COLOURS, DASHES, labelled, overrides_of, short_names
+from frictionsim.display import COLOURS, DASHES, labelled, overrides_of, short_names, with_unit
 from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.output_file import PICTURE, check_output, check_replaceable, write_file
 from frictionsim.io.terminal import visible
+from frictionsim.scenario.kinds import unit_of
 from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.scenario.toml_data import scenario_of
 
@@ -200,7 +201,12 @@ def short_overrides(attributes: Mapping[str, str], told: Sequence[str] = ()) -> 
     overrides.pop("title", None)  # it is the title
     names = short_names(list(overrides))
     pairs = zip(names, overrides.values(), strict=True)
-    texts = [f"{name} = {value}" for name, value in pairs if f"{name} {value}" not in told]
+    units = [unit_of(attributes["kind"], key) for key in overrides]
+    texts = [
+        f"{name} = {with_unit(value, unit)}"
+        for (name, value), unit in zip(pairs, units, strict=True)
+        if f"{name} {value}" not in told
+    ]
     more = len(texts) - MAX_OVERRIDES
     return [*texts[:MAX_OVERRIDES], f"{more} more set"] if more > 0 else texts
 
@@ -211,7 +217,8 @@ def add_legend(figure: "Figure | SubFigure", handles: Mapping[str, Any], columns
         return
     size = 0.83  # "small"
     across = letters_across(figure, size)
-    words = [fill(text, min(max(across - 8, 8), LEGEND_WIDTH)) for text in handles]
+    # Narrow pictures have two columns, too.
+    words = [fill(text, min(max(across // 2 - 8, 8), LEGEND_WIDTH)) for text in handles]
     longest = max(len(line) for text in words for line in text.split("\n"))
     columns = max(1, min(columns, len(words), across // (longest + 8)))
     if isinstance(figure, Figure):

@@ -52,6 +52,7 @@ from frictionsim.sweeps.sensitivity import indices_of
 from frictionsim.sweeps.statistics import (
     independent_runs,
     is_constant,
+    jumps_between,
     sound_values,
     statistics_of,
     variation,
@@ -132,7 +133,7 @@ class KeyAxis(NamedTuple):
 
     def prepare(self, ax: Any, side: str) -> None:
         """Give the x or y axis of Axes its scale and label, and ticks at the values of text."""
-        words = ",\n".join(map(last_parts, names_in(self.key)))
+        words = ",\n".join(names_in(self.key))
         ax.set(**{f"{side}label": axis_label(words, self.unit, 60)})
         if self.log:
             ax.set(**{f"{side}scale": "log"})
@@ -164,15 +165,6 @@ def key_axis(key: str, coordinate: "Coordinate") -> KeyAxis:
 def shorten_word(text: str) -> str:
     """Return a text that is not too long for a label."""
     return text if len(text) <= MAX_WORD else f"{text[: MAX_WORD - 1]}…"
-
-
-def last_parts(key: str) -> str:
-    """Return a key without its first parts if it is too long for a label."""
-    parts = key.split(".")
-    while len(parts) > 1 and len(".".join(parts)) > 2 * MAX_WORD:
-        parts = parts[1:]
-    text = ".".join(parts)
-    return text if text == key else f"… {text}"
 
 
 def short_keys(keys: Sequence[str]) -> list[str]:
@@ -254,7 +246,7 @@ def _axes_of(table: SweepTable, at: Mapping[str, Any]) -> tuple[list[KeyAxis], A
         place = _place(axis, at[key]) if key in at else 0
         if key not in free:
             runs = runs.take(place, axis=len(drawn))
-            fixed.append(f"{last_parts(key)} = {axis.text(place)}")
+            fixed.append(f"{key} = {axis.text(place)}")
             continue
         if key in at:
             runs = runs.take([place], axis=len(drawn))
@@ -314,7 +306,7 @@ def _draw_grid(
         third, axis = _third(axes, quantities)
         names, more = (names, more) if names else chosen(table, runs, 1)
         axes = axes[:third] + axes[third + 1 :]
-        titles = [f"{last_parts(axis.key)} = {axis.text(i)}" for i in range(axis.values.size)]
+        titles = [f"{axis.key} = {axis.text(i)}" for i in range(axis.values.size)]
         panels = [_Panel(names[0], runs.take(i, axis=third), t) for i, t in enumerate(titles)]
     else:
         names, more = (names, more) if names else chosen(table, runs, MAX_PANELS)
@@ -336,7 +328,10 @@ def _draw_grid(
         ax.set_ylabel("")
     figure.align_ylabels(places)
     _title(figure, table, keys, [*notes, *more], drawn)
-    add_legend(figure, _legend(table, axes, panels, is_map), columns=3)
+    curves = places[0].lines[: axes[1].values.size] if len(axes) == 2 and not is_map else []
+    names = [f"{short_keys([axes[1].key])[0]} = {axes[1].text(i)}" for i in range(len(curves))]
+    handles = dict(zip(names, curves, strict=True)) | _marks_drawn(table, panels, curves)
+    add_legend(figure, handles, columns=3)
 
 
 def _third(axes: list[KeyAxis], quantities: Sequence[str]) -> tuple[int, KeyAxis]:
@@ -390,22 +385,6 @@ def values_of(table: SweepTable, name: str, runs: Any) -> "Array":
     return np.where(done, table.values[name][runs], np.nan)
 
 
-JUMP = 6.0  # times the changes beside it and JUMP_RANGE of all values: a change that is a jump
-JUMP_RANGE = 0.1
-
-
-def is_jump(x: "Array", y: "Array") -> Any:
-    """Return between which neighbours there is a jump, (n - 1,): the slope is of another size.
-
-    A false one costs a piece of a line, a missed one would show values that no run has.
-    """
-    with np.errstate(invalid="ignore", divide="ignore"):
-        slope = np.abs(np.diff(y) / np.diff(x))
-        beside = np.fmax(np.append(slope[1:], np.nan), np.insert(slope[:-1], 0, np.nan))
-        least = JUMP_RANGE * (np.nanmax(y, initial=-np.inf) - np.nanmin(y, initial=np.inf))
-        return (slope > JUMP * beside) & (np.abs(np.diff(y)) > least)
-
-
 def _draw_curves(
     ax: Any, table: SweepTable, panel: _Panel, axes: Sequence[KeyAxis], scaled: Any
 ) -> None:
@@ -417,15 +396,18 @@ def _draw_curves(
     known = values_of(table, panel.name, scaled)
     norm = norm_of(known) if np.isfinite(known).any() else None
     values, marks = sound_values(table, panel.name)[columns], _marks(table, panel.name, columns)
+    looks = []
     for i in range(columns.shape[1]):
         y = values[:, i]
         height = np.log(y) if isinstance(norm, LogNorm) else y
-        jumps = is_jump(x, height)
+        jumps = jumps_between(x, height)
         if axes[0].log:
-            jumps &= is_jump(np.log(x), height)
+            jumps &= jumps_between(np.log(x), height)
         places = np.arange(1, x.size)[jumps]
         look = curve_look(i, x.size, is_joined(axes[0], y, table.units[panel.name]))
         ax.plot(np.insert(x, places, np.nan), np.insert(y, places, np.nan), **look)
+        looks.append(look)
+    for i, look in enumerate(looks):
         for n, (mark, own) in enumerate(MARKS.items()):
             at = marks[mark][:, i]
             if not at.any():
@@ -499,19 +481,9 @@ def _draw_map(
     ax.set(xlim=x.edges[[0, -1]], ylim=y.edges[[0, -1]])
 
 
-def _legend(
-    table: SweepTable, axes: Sequence[KeyAxis], panels: Sequence[_Panel], is_map: bool
-) -> dict[str, Any]:
-    """Return the legend by words: curves, and marks with the number of their runs."""
+def _marks_drawn(table: SweepTable, panels: Sequence[_Panel], curves: Any) -> dict[str, Any]:
+    """Return the marks by words, with the number of their runs; black beside several curves."""
     handles: dict[str, Any] = {}
-    if not is_map and len(axes) == 2:
-        first = panels[0]
-        for i in range(axes[1].values.size):
-            values = sound_values(table, first.name)[first.runs[:, i]]
-            joined = is_joined(axes[0], values, table.units[first.name])
-            look = curve_look(i, axes[0].values.size, joined)
-            (name,) = short_keys([axes[1].key])
-            handles[f"{name} = {axes[1].text(i)}"] = Line2D([], [], **look)
     for mark, look in MARKS.items():
         runs: dict[str, int] = {}
         for panel in panels:
@@ -520,9 +492,9 @@ def _legend(
         some = sorted({count for count in runs.values() if count})
         if some:
             several = f"{some[0]} to {some[-1]}" if len(some) > 1 else f"{some[0]}"
-            own = look | {"color": BLACK} if handles and not is_map and len(axes) == 2 else look
             words = f"{mark}: {several} run{'' if several == '1' else 's'}"
-            handles[words] = Line2D([], [], linestyle="", **own)
+            black = {"color": BLACK} if curves else {}
+            handles[words] = Line2D([], [], linestyle="", **(look | black))
     return handles
 
 
@@ -609,7 +581,7 @@ def _draw_tornado(ax: Any, keys: Sequence[str], indices: SobolIndices) -> None:
         error: Look = {"elinewidth": 1.0, "capsize": 2.0, "ecolor": BLACK}
         ax.barh(places + 0.19 * up, values[order], 0.38, xerr=around, error_kw=error, **look)
     names = short_keys(keys)
-    ax.set_yticks(places, labels=[plain(_end(names[i])) for i in order], fontsize="small")
+    ax.set_yticks(places, labels=[plain(shorten_word(names[i])) for i in order], fontsize="small")
     ax.set_ylim(order.size - 0.5, -0.5)
     low, high = (float(of(indices.values[:, order])) for of in (np.nanmin, np.nanmax))
     ax.set_xlim(max(-MAX_INDEX, min(0.0, 1.05 * low)), min(MAX_INDEX, max(1.0, 1.05 * high)))
@@ -618,10 +590,6 @@ def _draw_tornado(ax: Any, keys: Sequence[str], indices: SobolIndices) -> None:
     rest = len(keys) - order.size
     more = f"; {rest} keys with smaller indices are not shown" if rest else ""
     ax.set_title(fill(indices.basis + more, 52), fontsize="x-small", loc="left")
-
-
-def _end(name: str) -> str:
-    return name if len(name) <= MAX_WORD else f"…{name[1 - MAX_WORD :]}"
 
 
 def _write(ax: Any, text: str) -> None:

@@ -1,16 +1,18 @@
-"""The charts of a report of runs: channels over time in panels that share the time, by Plotly.
+"""The charts of a report of runs: channels over time in panels that share the time, for Plotly.
 
-Above the panels is a strip with the events; sticking phases are shaded, events lines through all
-panels. Of a long channel fewer samples are drawn, so that the line looks as one through all: of
-equal parts the lowest, the highest and the first gap.
+A figure is the JSON that Plotly draws, made here. Above the panels is a strip with the events;
+sticking phases are shaded, events lines through all panels. Of a long channel fewer samples are
+drawn, so that the line looks as one through all: of equal parts the lowest, the highest and the
+first gap.
 """
 
+from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.display import COLOURS, event_colour, labelled
+from frictionsim.display import COLOURS, event_colour, event_dashes, labelled
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.reports.html import chart_text
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 
     Array = npt.NDArray[np.float64]
 
+Json = dict[str, Any]
 MAX_SAMPLES = 4000  # of a line: more than a screen has pixels side by side
 MAX_LINES = 8  # in a panel, of one result: there are no more colours
 MAX_FIRST = 6  # panels that are seen at first, of a kind that does not name any
@@ -39,6 +42,8 @@ ROUNDOFF = 1e-12  # of the largest number of a unit in a result: what is smaller
 ENERGY = "energy_"  # what the channels begin with that are drawn together
 PANEL, GAP, STRIP = 128, 30, 22  # pixels: height of a panel, between panels, of the events
 MARGIN = {"l": 66, "r": 12, "t": 8, "b": 40}
+SHADE, CURSOR = "rgba(128,128,128,0.22)", "#777777"
+GRID, AXIS = "#e4e4e4", "#9a9a9a"
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot", "5px 2px", "1px 3px")
 
 
@@ -199,133 +204,126 @@ def _spans(record: "Record", run: int) -> Iterator[Line]:
         yield Line(run, i, f"{names[i]} to {names[(i + 1) % len(names)]}", time[some], values)
 
 
-def figure_of(panels: Sequence[Panel], records: Sequence["Record"], labels: Sequence[str]) -> Any:
-    """Return a figure of Plotly: the events above, then a panel below the other.
+def numbers(values: Any, kind: str = "f4") -> Json:
+    """Return numbers as Plotly reads them; those of 4 bytes have the digits that a screen shows."""
+    shape = {"shape": ",".join(map(str, np.shape(values)))} if np.ndim(values) > 1 else {}
+    data = b64encode(np.asarray(values, f"<{kind}").tobytes()).decode()
+    return {"dtype": kind, "bdata": data} | shape
+
+
+def domains(sizes: Sequence[float], gap: float) -> list[tuple[float, float]]:
+    """Return start and end of parts side by side, relative to the whole."""
+    ends = np.cumsum(sizes) + gap * np.arange(len(sizes))
+    return [((e - s) / ends[-1], e / ends[-1]) for s, e in zip(sizes, ends.tolist(), strict=True)]
+
+
+def heading(text: str, x: float, y: float, anchor: str = "left") -> Json:
+    """Return a title of a panel, above a place relative to the whole figure."""
+    place = {"x": x, "y": y, "xref": "paper", "yref": "paper", "xanchor": anchor}
+    return place | {"yanchor": "bottom", "text": text, "showarrow": False, "font": {"size": 13}}
+
+
+def figure_of(panels: Sequence[Panel], records: Sequence["Record"], labels: Sequence[str]) -> Json:
+    """Return a figure: the events above, then a panel below the other, over one axis of time.
 
     Of several results each has a colour and each of its lines a dash; of one each line its colour.
     """
-    from plotly.graph_objects import Figure, Scatter
-    from plotly.subplots import make_subplots
-
     marked = [record for record in records if 0 < len(record.events["time"]) <= MAX_MARKS]
-    strip = STRIP if marked else 1
-    height = strip + len(panels) * (PANEL + GAP)
-    figure: Figure = make_subplots(
-        rows=1 + len(panels),
-        shared_xaxes=True,
-        row_heights=[strip, *[PANEL] * len(panels)],
-        vertical_spacing=GAP / height,
-        subplot_titles=["", *(chart_text(panel.title) for panel in panels)],
-    )
-    figure.update_annotations(x=0.0, xanchor="left", font_size=13)
-    several, named = len(labels) > 1, set[str]()
+    traces, named = list[Json](), set[str]()
     for row, panel in enumerate(panels, start=2):
         for line in panel.lines:
             label = " ".join(filter(None, (labels[line.run], line.label)))
-            style = (line.run, line.number) if several else (line.number, 0)
-            figure.add_trace(
-                Scatter(
-                    x=line.time,
-                    y=line.values,
-                    mode="lines",
-                    name=chart_text(label),
-                    legendgroup=label,
-                    showlegend=bool(label) and label not in named,
-                    line={
-                        "color": COLOURS[style[0] % len(COLOURS)],
-                        "dash": DASHES[style[1] % len(DASHES)],
-                        "width": 1.6,
-                        "simplify": False,
-                        "shape": "hv" if line.steps else "linear",
-                    },
-                ),
-                row=row,
-                col=1,
-            )
+            colour, dash = (line.run, line.number) if len(labels) > 1 else (line.number, 0)
+            look: Json = {
+                "color": COLOURS[colour % len(COLOURS)],
+                "dash": DASHES[dash % len(DASHES)],
+            }
+            look |= {"width": 1.6, "simplify": False, "shape": "hv" if line.steps else "linear"}
+            trace = {"type": "scatter", "mode": "lines", "yaxis": f"y{row}", "line": look}
+            trace |= {"x": numbers(line.time, "f8"), "y": numbers(line.values)}
+            trace |= {"name": chart_text(label), "legendgroup": label}
+            traces.append(trace | {"showlegend": bool(label) and label not in named})
             named.add(label)
-    _mark_events(figure, marked)
+    shapes = _mark_events(traces, marked)
     if len(records) == 1:
-        _shade(figure, records[0])
+        shapes += _shade(traces, records[0])
+    heights = [STRIP if marked else 1, *[PANEL] * len(panels)]
     times = [r.channels["time"] for r in records if len(r.channels["time"])]
     ends = [float(time[i]) for time in times for i in (0, -1)]
-    _lay_out(figure, 1 + len(panels), height, ends)
-    start = min(ends, default=0.0)  # where the clock begins; the script moves this last shape
-    look = {"color": "#777777", "width": 1.5}
-    cursor = {"x0": start, "x1": start, "y0": 0, "y1": 1, "xref": "x", "yref": "paper"}
-    figure.add_shape(type="line", name="cursor", line=look, **cursor)
-    return figure
+    layout = _layout(heights, [panel.title for panel in panels], ends)
+    start = layout["xaxis"]["range"][0]  # where the clock begins; the script moves this last shape
+    cursor = _upright(start, {"color": CURSOR, "width": 1.5}) | {"name": "cursor"}
+    return {"data": traces, "layout": layout | {"shapes": [*shapes, cursor]}}
 
 
-def _mark_events(figure: Any, records: Sequence["Record"]) -> None:
-    """Mark events in the strip, and by lines through all panels; one colour for each."""
-    from plotly.graph_objects import Scatter
+def _upright(time: float, look: Json) -> Json:
+    """Return a line through all panels."""
+    place = {"x0": time, "x1": time, "y0": 0, "y1": 1, "xref": "x", "yref": "paper"}
+    return place | {"type": "line", "line": look}
 
+
+def _mark_events(traces: list[Json], records: Sequence["Record"]) -> list[Json]:
+    """Mark events in the strip; return their lines through all panels."""
     times: dict[str, list[float]] = {}
     for record in records:
         for words, at in zip(event_labels(record), record.events["time"], strict=True):
             times.setdefault(words, []).append(float(at))
+    lines = []
     for words, at in times.items():
-        marker = {"color": event_colour(words), "size": 9, "symbol": "triangle-down"}
-        name = chart_text(words)
-        trace = Scatter(x=at, y=[0.0] * len(at), mode="markers", name=name, marker=marker)
-        figure.add_trace(trace, row=1, col=1)
-        for time in at:
-            look = {"color": event_colour(words), "width": 1.0, "dash": "4px 3px"}
-            figure.add_shape(
-                type="line", x0=time, x1=time, y0=0, y1=1, xref="x", yref="paper", line=look
-            )
+        colour = event_colour(words)
+        marker = {"color": colour, "size": 9, "symbol": "triangle-down"}
+        trace = {"type": "scatter", "mode": "markers", "marker": marker, "name": chart_text(words)}
+        traces.append(trace | {"x": at, "y": [0.0] * len(at)})
+        dashes = " ".join(f"{dash:g}px" for dash in event_dashes(words))
+        lines += [_upright(time, {"color": colour, "width": 1.2, "dash": dashes}) for time in at]
+    return lines
 
 
-def _shade(figure: Any, record: "Record") -> None:
-    """Shade the sticking phases of a run, and say so in the legend."""
-    from plotly.graph_objects import Scatter
-
-    phases = list(sticking_phases(record))
-    for start, stop in phases:
+def _shade(traces: list[Json], record: "Record") -> list[Json]:
+    """Return shades of the sticking phases of a run, which the legend names."""
+    areas = []
+    for start, stop in sticking_phases(record):
         area = {"x0": start, "x1": stop, "y0": 0, "y1": 1, "xref": "x", "yref": "paper"}
-        look = {"line_width": 0, "fillcolor": SHADE, "layer": "below"}
-        figure.add_shape(type="rect", **area, **look)
-    if phases:
+        look = {"line": {"width": 0}, "fillcolor": SHADE, "layer": "below"}
+        areas.append(area | look | {"type": "rect"})
+    if areas:
         marker = {"color": SHADE, "size": 12, "symbol": "square"}
         words = f"shaded: {sticking_words(record)}"
-        trace = Scatter(x=[None], y=[None], mode="markers", name=words, marker=marker)
-        figure.add_trace(trace, row=1, col=1)
+        trace = {"type": "scatter", "mode": "markers", "marker": marker, "name": words}
+        traces.append(trace | {"x": [None], "y": [None]})
+    return areas
 
 
-SHADE = "rgba(128,128,128,0.22)"
-GRID, AXIS = "#e4e4e4", "#9a9a9a"
+LOOK: Json = {
+    "paper_bgcolor": "rgba(0,0,0,0)",
+    "plot_bgcolor": "rgba(0,0,0,0)",
+    "font": {"family": "system-ui, sans-serif", "size": 12},
+}
 
 
-def _lay_out(figure: Any, rows: int, height: int, ends: list[float]) -> None:
+def _layout(heights: Sequence[int], titles: Sequence[str], ends: list[float]) -> Json:
     start, stop = min(ends, default=0.0), max(ends, default=1.0)
-    clear = "rgba(0,0,0,0)"
-    axis = {"gridcolor": GRID, "linecolor": AXIS, "showgrid": True}
-    figure.update_layout(
-        template={
-            "layout": {
-                "xaxis": axis
-                | {"range": [start, stop], "minallowed": start, "maxallowed": stop}
-                | {"zeroline": False, "showline": True, "hoverformat": ".6g"},
-                "yaxis": axis
-                | {"zerolinecolor": AXIS, "showline": True, "nticks": 5, "hoverformat": ".5g"}
-                | {"exponentformat": "power", "minexponent": 6},
-            }
-        },
-        height=height + MARGIN["t"] + MARGIN["b"],
-        margin=MARGIN,
-        paper_bgcolor=clear,
-        plot_bgcolor=clear,
-        font={"family": "system-ui, sans-serif", "size": 12},
-        legend={
-            "orientation": "h",
-            "y": 1.0,
-            "yanchor": "bottom",
-            "x": 0.0,
-            "traceorder": "normal",
-        },
-        hovermode="x",
-        xaxis={"range": [start, stop], "showgrid": False, "showline": False},
-        yaxis={"visible": False, "fixedrange": True, "range": [-1.0, 1.0]},
-    )
-    last = f"xaxis{rows}"
-    figure.update_layout({last: {"title": {"text": "time, s", "standoff": 6}}})
+    axis = {"gridcolor": GRID, "linecolor": AXIS, "showline": True}
+    time = {"range": [start, stop], "minallowed": start, "maxallowed": stop, "zeroline": False}
+    values = {"zerolinecolor": AXIS, "nticks": 5, "exponentformat": "power", "minexponent": 6}
+    template = {
+        "xaxis": axis | time | {"hoverformat": ".6g", "mirror": "all"},
+        "yaxis": axis | values | {"hoverformat": ".5g"},
+    }
+    down = [(1.0 - end, 1.0 - begin) for begin, end in domains(heights, GAP)]
+    axes: Json = {f"yaxis{row}": {"domain": of} for row, of in enumerate(down, start=1)}
+    axes["yaxis"] = axes.pop("yaxis1") | {"visible": False, "fixedrange": True, "range": [-1, 1]}
+    label = {"title": {"text": "time, s", "standoff": 6}, "anchor": f"y{len(heights)}"}
+    where = zip(titles, down[1:], strict=True)
+    height = sum(heights) + GAP * len(titles) + MARGIN["t"] + MARGIN["b"]
+    legend = {"orientation": "h", "x": 0.0, "y": 1.0, "yanchor": "bottom", "traceorder": "normal"}
+    return axes | {
+        **LOOK,
+        "template": {"layout": template},
+        "xaxis": {"range": [start, stop], **label},
+        "height": height,
+        "margin": MARGIN,
+        "legend": legend,
+        "hovermode": "x",
+        "annotations": [heading(chart_text(title), 0.0, top) for title, (_, top) in where],
+    }

@@ -12,6 +12,7 @@ import numpy as np
 
 from frictionsim.display import BELT_CONTACT, TENSION_SCALE, study_text, unit_text, with_minus
 from frictionsim.motion.parts import Arrow, Body, Disc, Line, Outline
+from frictionsim.motion.shapes import bar_below
 from frictionsim.reports.html import Html, escaped
 
 if TYPE_CHECKING:
@@ -160,18 +161,15 @@ class Drawing:
     def _belt(self, line: Line) -> str:
         edge, marks, plain = self._id(), self._id(), self._id()
         points = self._placed(line.points)
-        around = self._set(
-            [edge, marks, plain] if line.value is None else [edge, marks],
-            "d",
-            [f"{path}Z" for path in self._paths(line)],
-        )
+        whole, halves = _words(points), _words(0.5 * (points + np.roll(points, 1, axis=1)))
+        ids = [edge, marks, plain] if line.value is None else [edge, marks]
+        around = self._set(ids, "d", [f"M{' '.join(frame)}Z" for frame in whole])
         gap = self._unit * line.spacing - MARK
         parts = [
             f'<path id="{marks}" class="marks" stroke-width="{BELT_MARK_REACH}"'
             f' stroke-dasharray="{MARK} {gap:.0f}"{around}/>',
             f'<path id="{edge}" class="belt-edge"{around}/>',
         ]
-        whole, halves = _words(points), _words(0.5 * (points + np.roll(points, 1, axis=1)))
         if line.patch is not None:
             flags = np.broadcast_to(line.patch, points.shape[:2])
             parts.insert(0, self._pieces(whole, flags, ["patch"]))
@@ -265,9 +263,7 @@ class Drawing:
 
     def _scale_bar(self, bottom: float) -> str:
         """Return a bar of a round length at the lower left."""
-        wanted = 0.2 * SIZE / self._unit
-        power = 10.0 ** floor(log10(wanted))
-        length = max(factor * power for factor in (1.0, 2.0, 5.0) if factor * power <= wanted)
+        length = bar_below(0.2 * SIZE / self._unit)
         words = f"{study_text(1e3 * length)} mm" if length < 1.0 else f"{study_text(length)} m"
         x, y, reach = 0.01 * SIZE, bottom - 0.012 * SIZE, self._unit * length
         return (
@@ -333,6 +329,4 @@ def _sample_of(shape: Disc | Outline) -> Html:
     circle = "M13 2a5 5 0 1 1 -.01 0Z"
     if not shape.open:
         return _sample(f"fill-{shape.role}", circle)
-    if shape.role == "paper":  # a light line, which is on something dark
-        return _sample("fill-fixed", "M3 0H23V14H3Z", "line-paper", circle)
     return _sample(f"line-{shape.role}", circle)

@@ -5,15 +5,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.display import event_colour, set_line, study_text, time_text, with_minus
+from frictionsim.display import (
+    event_colour,
+    overrides_of,
+    study_text,
+    time_text,
+    with_minus,
+    with_unit,
+)
 from frictionsim.document import Block, Cell, Table
 from frictionsim.errors import InputError
 from frictionsim.motion import motion_of
 from frictionsim.reports.charts import figure_of, panels_of, thinned, undrawn
 from frictionsim.reports.drawing import Drawing
 from frictionsim.reports.html import Html, escaped, folded, html, listed, section, table
-from frictionsim.reports.page import chart, page
+from frictionsim.reports.page import page
 from frictionsim.reports.run_tables import after_label, differences, event_cells, origins, summary
+from frictionsim.scenario.kinds import unit_of
 from frictionsim.simulation.record import event_labels
 
 if TYPE_CHECKING:
@@ -68,10 +76,10 @@ def _stage(runs: "Sequence[ReportedRun]") -> tuple[Html, dict[str, Any]]:
     records, labels = [run.record for run in shown], [run.label for run in shown]
     panels = panels_of(records)
     first, more = ([p for p in panels if p.first is seen] for seen in (True, False))
-    charts: str = chart(figure_of(first, records, labels), "charts")
+    figures, charts = {"charts": figure_of(first, records, labels)}, '<div id="charts"></div>'
     if more:
-        rest = chart(figure_of(more, records, labels), "more", folded=True)
-        charts += f"<details><summary>More channels</summary>{rest}</details>"
+        figures["more"] = figure_of(more, records, labels)
+        charts += '<details><summary>More channels</summary><div id="more"></div></details>'
     names = list(dict.fromkeys(name for run in runs for name in undrawn(run.record)))
     if names:
         words = f"{', '.join(names)}: of each body or joint, so not charted over time;"
@@ -83,6 +91,7 @@ def _stage(runs: "Sequence[ReportedRun]") -> tuple[Html, dict[str, Any]]:
         "steps": np.unique(np.concatenate(shown_steps)).tolist(),
         "events": np.unique(np.concatenate(marks)).tolist(),
         "drawings": frames,
+        "charts": figures,
     }
     return Html(
         f'<div id="viewer">\n<div id="stage">{drawings}{events(runs)}</div>\n'
@@ -180,7 +189,11 @@ def overview(runs: "Sequence[ReportedRun]") -> Html:
 
 def _set(run: "ReportedRun") -> str:
     """Return the overrides of a run; empty without any."""
-    return set_line(run.record.attributes).removeprefix("set: ")
+    attributes = run.record.attributes
+    return ", ".join(
+        f"{key} = {with_unit(value, unit_of(attributes['kind'], key))}"
+        for key, value in overrides_of(attributes).items()
+    )
 
 
 def status(run: "ReportedRun") -> Html:

@@ -8,31 +8,27 @@ import numpy as np
 from frictionsim.display import labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Table
 from frictionsim.io.cost_table import CostTable
-from frictionsim.io.sweep_table import DONE, STATUSES, SobolIndices, SweepTable
+from frictionsim.io.sweep_table import DONE, STATUSES, SweepTable
 from frictionsim.reports.html import (
     Html,
     folded,
     listed,
     number,
+    region,
     section,
     short,
     study_table,
 )
-from frictionsim.reports.page import chart, study_page
+from frictionsim.reports.page import study_page
 from frictionsim.reports.study_charts import cost_figure, sweep_figure
-from frictionsim.sweeps.design import SAMPLE
-from frictionsim.sweeps.sensitivity import indices_of
 from frictionsim.sweeps.statistics import (
     extreme_runs,
     grouped,
-    is_constant,
-    is_defined,
     sound_values,
     varied_values,
 )
 
 MAX_KEYS, MAX_QUANTITIES = 30, 60  # columns of the table of runs
-MAX_WITH_INDICES = 6  # quantities
 
 
 class Kept(NamedTuple):
@@ -63,18 +59,6 @@ def kept_of(table: SweepTable) -> Kept:
     return Kept(runs, keys, quantities)
 
 
-def indices_of_sample(table: SweepTable, kept: Kept) -> dict[str, SobolIndices]:
-    """Return the Sobol indices of the first quantities that vary, of a sample of several keys."""
-    if table.attributes["design"] != SAMPLE or len(table.coordinates) < 2:
-        return {}
-    varying = [
-        name
-        for name in kept.quantities
-        if is_defined(table, name) and not is_constant(sound_values(table, name))
-    ]
-    return indices_of(table, varying[:MAX_WITH_INDICES])
-
-
 MAX_CELLS = 12_000  # of the table of runs
 MAX_GROUPS = 50  # of reasons and warnings
 MAX_PART_ROWS = 200  # of a table of the summary
@@ -100,24 +84,23 @@ def sweep_page(sweep: SweepTable, parts: Document, source: str) -> str:
     told = (f"sweep: {source or 'none'}", set_line(sweep.attributes))
     summary = [part for part in lines if part not in told]
     kept = kept_of(sweep)
-    indices = indices_of_sample(sweep, kept)
+    figure, note = sweep_figure(sweep)
     name = sweep.attributes["title"] or sweep.attributes["kind"]
     sections = (
         section("Summary", *map(_part, summary)),
-        _chart(*sweep_figure(sweep)),
-        *_indices(indices, list(sweep.coordinates)),
+        _chart(figure, note),
         section("Runs", *_left_out(sweep, kept), _runs(sweep, kept)),
         *_groups("Failures", sweep.texts, ("failure", "reason")),
         *_groups("Warnings", sweep.texts, ("warnings",)),
         section("Study", *_study(sweep.attributes["study"])),
     )
     heads = str(title), f"from {source}" if source else "", set_line(sweep.attributes)
-    return study_page(f"{name}: sweep", heads, sections)
+    return study_page(f"{name}: sweep", heads, sections, figure)
 
 
 def _chart(figure: Any, note: str) -> Html:
-    drawn = Html() if figure is None else chart(figure, "charts")
-    return section("Charts", drawn, short(note, 1000) if note else Html())
+    place = Html() if figure is None else region("wide", "charts", Html('<div id="charts"></div>'))
+    return section("Charts", place, short(note, 1000) if note else Html())
 
 
 def _part(part: Block) -> Block:
@@ -205,26 +188,6 @@ def _groups(
     yield section(heading, study_table(Table(headings, rows, caption)))
 
 
-def _indices(indices: dict[str, SobolIndices], keys: list[str]) -> Iterator[Html]:
-    """Yield the Sobol indices as tables."""
-    if not indices:
-        return
-    parts: list[Block] = []
-    for name, each in indices.items():
-        if not each.exist:
-            parts.append(f"{short(name)}: {short(each.basis)}")
-            continue
-        rows = [
-            (key, number(float(first), 3), number(float(total), 3))
-            for key, first, total in zip(keys, each.values[0], each.values[3], strict=True)
-        ]
-        caption = f"{name}: part of its variance that each key causes ({each.basis})"
-        headings = ("key", ">first-order index", ">total index")
-        parts.append(study_table(Table(headings, rows, caption)))
-    note = f"Of the first {MAX_WITH_INDICES} quantities that vary."
-    yield section("Sobol indices", note, *parts)
-
-
 def _study(toml: str) -> Iterator[str]:
     if len(toml) > MAX_STUDY:
         yield (
@@ -259,13 +222,14 @@ def cost_page(costs: CostTable, parts: Document, source: str) -> str:
     ]
     _, *blocks = parts
     (table,) = (block for block in blocks if isinstance(block, Table))
+    figure, note = cost_figure(costs)
     before, after = blocks[: blocks.index(table)], blocks[blocks.index(table) + 1 :]
     sections = (
         section("What to use", listed(map(short, after))),
-        _chart(*cost_figure(costs)),
+        _chart(figure, note),
         section("Settings", *(short(line, MAX_LINE) for line in before), *_settings(costs, table)),
     )
-    return study_page(title, (title, *lines), sections)
+    return study_page(title, (title, *lines), sections, figure)
 
 
 def _settings(costs: CostTable, table: Table) -> Iterator[Block]:

@@ -83,3 +83,13 @@ def _installed() -> "dict[str, EntryPoint]":
     from importlib.metadata import entry_points
 
     return {point.name: point for point in entry_points(group=GROUP)}
+
+
+def unit_of(kind: str, key: str) -> str:
+    """Return the unit of a key of the scenarios of a kind; empty if it has none or is unknown."""
+    from frictionsim.scenario.model_fields import description_of  # its models are slow to import
+
+    try:
+        return description_of(mechanism_module(kind).SCENARIO, key)[0]
+    except (InputError, AttributeError, KeyError, TypeError):
+        return ""

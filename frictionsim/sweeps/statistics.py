@@ -97,6 +97,22 @@ def statistics_of(values: "Array") -> Statistics:
     return Statistics(defined.size, float(defined.mean()), deviation, *quantiles)
 
 
+JUMP = 6.0  # times the changes beside it and JUMP_RANGE of all values: a change that is a jump
+JUMP_RANGE = 0.1
+
+
+def jumps_between(x: "Array", y: "Array") -> Any:
+    """Return between which neighbours there is a jump, (n - 1,): the slope is of another size.
+
+    A false one costs a piece of a line, a missed one would show values that no run has.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        slope = np.abs(np.diff(y) / np.diff(x))
+        beside = np.fmax(np.append(slope[1:], np.nan), np.insert(slope[:-1], 0, np.nan))
+        least = JUMP_RANGE * (np.nanmax(y, initial=-np.inf) - np.nanmin(y, initial=np.inf))
+        return (slope > JUMP * beside) & (np.abs(np.diff(y)) > least)
+
+
 def extreme_runs(values: "Array") -> list[int]:
     """Return the runs of the least and the largest value; none if none is defined."""
     if np.isnan(values).all():

@@ -104,7 +104,7 @@ def test_small_pulleys_are_shown_larger_as_well() -> None:
     assert [detail.name for detail in details] == ["driver", "driven"]
     left, right, bottom, top = details[1].bounds
     assert 0.5 * (left + right) == pytest.approx(0.515)
-    side = 4.0 * 0.027
+    side = 3.6 * 0.027
     assert [right - left, top - bottom] == pytest.approx([side, side])
 
 

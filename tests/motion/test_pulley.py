@@ -120,21 +120,12 @@ def test_marks_on_the_rope_pass_those_of_the_rim_by_the_slip() -> None:
     assert over.spacing == pytest.approx(2.0 * pi * radius / 12)
 
 
-def test_a_slack_rope_bows_as_long_as_it_is_and_no_wider_than_the_picture() -> None:
+def test_the_slack_of_a_rope_stands_beside_the_drawing_while_it_is_slack() -> None:
     animation, record = moving(SLACK_ROPE), solved(SLACK_ROPE)
-    right = lines(animation, "rope")[1].points
-    car, gap = body(animation, "car"), number(animation, "slack rope, car")
-    lengths = np.hypot(*np.diff(right, axis=1).transpose(2, 0, 1)).sum(axis=1)
-    # A parabola is longer than its chord by 8 s^2/(3 L) - 32 s^4/(5 L^3) + ...
-    assert lengths - -car.y == pytest.approx(gap, abs=0.1 * gap.max())
+    gap = number(animation, "slack rope, car")
     assert gap.max() > 0.02
     slack = [e.time for e in record.transitions if SLACK in (e.mode_from, e.mode_to)]
-    outside = (animation.time < slack[0]) | (animation.time > slack[-1])
-    assert np.ptp(right[outside, :, 0]) == 0.0
-    time, zero = np.linspace(0.0, 1.0, 5), np.zeros(5)
-    channels = {"time": time, "angle": zero, "car_position": time, "counterweight_position": zero}
-    long = motion(record_of("pulley", channels, shipped("hard/lift_slack_rope")))
-    assert lines(long, "rope")[1].points[..., 0].max() == pytest.approx(1.9 * 0.15)
+    assert not gap[(animation.time < slack[0]) | (animation.time > slack[-1])].any()
 
 
 @pytest.mark.parametrize("name", [LIFT, SLACK_ROPE])

@@ -241,18 +241,6 @@ def test_a_scenario_of_another_version_is_refused_in_a_sentence() -> None:
         of(data, drawn_motion(0))
 
 
-def test_many_forces_have_the_largest_drawn() -> None:
-    data = drawn_shaft(0)
-    data["forces"] = [
-        {"name": f"f{i}", "size": float(i + 1), "point": [0.1, 0.0], "direction": [1.0, i]}
-        for i in range(60)
-    ]
-    names = arrows(of(data, drawn_motion(0))).keys()
-    assert {"f59", "f40"} < names
-    assert "f3" not in names
-    assert len(names) == 25
-
-
 def test_a_bell_crank_has_two_arms_and_a_drum_is_a_wheel() -> None:
     still = {"time": TIMES, "angle": 0.0 * TIMES}
 

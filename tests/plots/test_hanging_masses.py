@@ -152,7 +152,7 @@ def test_both_sides_of_an_impact_are_drawn() -> None:
 
 def test_the_ratio_slips_at_the_limit_of_euler_and_eytelwein_with_the_rate_of_the_slip() -> None:
     figure = drawn(view="traction")
-    ax = panel(figure, "tension of the counterweight over")
+    ax = panel(figure, "counterweight's tension")
     time, ratio = line(ax)
     slips = (time > START + 1e-6) & (time < END - 1e-6)
     assert ratio[slips] == pytest.approx(KINETIC)

@@ -148,6 +148,11 @@ def test_the_title_names_another_law_than_the_set_valued() -> None:
     assert "law" not in words_of(draw(shown("pulley")))
 
 
+def test_the_title_has_the_keys_that_were_set_with_their_units() -> None:
+    result = fs.solve(shipped("pulley"), {"output.interval": 0.5, "mechanism.load": 2300.0})
+    assert "interval = 0.5 s; load = 2300.0 N; backend events" in words_of(fs.plot(result))
+
+
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="a folder that nobody can write to")
 def test_without_a_home_only_the_name_of_the_picture_is_said(
     here: Path, monkeypatch: pytest.MonkeyPatch

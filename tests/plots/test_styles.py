@@ -62,7 +62,7 @@ def test_a_title_stands_in_a_picture_letter_by_letter(tmp_path: Path) -> None:
 UNITS = "N m|rad/s²|rad/s|rad|m/s|m|N|s|%|J|kg m²"
 WITHOUT = {  # numbers without a unit
     "turns from the horizontal",
-    "tension of the counterweight over that of the car",
+    "counterweight's tension / car's",
 }
 
 

@@ -59,16 +59,11 @@ def data_of(page: str) -> Any:
 
 def charts_of(page: str) -> dict[str, Any]:
     """Return the traces and the layout of each chart of a page, by its id."""
-    charts, decoder = {}, json.JSONDecoder()
-    for begin in re.finditer(r'Plotly\.newPlot\(\s*"([^"]*)",\s*', page):
-        traces, end = decoder.raw_decode(page, begin.end())
-        start = page.index("{", end)
-        layout, _ = decoder.raw_decode(page, start)
-        charts[begin[1]] = ([_with_arrays(trace) for trace in traces], layout)
-    for figure in re.finditer(r'<script type="application/json" id="([^"]*)-figure">', page):
-        content, _ = decoder.raw_decode(page, figure.end())
-        charts[figure[1]] = (list(map(_with_arrays, content["data"])), content["layout"])
-    return charts
+    figures = data_of(page).get("charts", {})
+    return {
+        name: (list(map(_with_arrays, figure["data"])), figure["layout"])
+        for name, figure in figures.items()
+    }
 
 
 def _with_arrays(trace: Any) -> Any:

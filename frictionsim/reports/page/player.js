@@ -2,7 +2,8 @@
 // The motion of the drawings, one clock for them and for the charts, and tables that sort.
 
 const byId = (id) => document.getElementById(id);
-const charts = [...document.querySelectorAll(".js-plotly-plot")];
+const charts = [];
+const CHART = { displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
 const frictionsim = { ready: false, time: 0 };
 
 // The number of the last of increasing times that is not after t.
@@ -101,7 +102,6 @@ const withClock = ({ steps, events, drawings }) => {
     });
     tell(frictionsim.time);
   };
-  charts.forEach(frictionsim.follow);
   Object.assign(frictionsim, { show: jump, start, end });
   show(start);
 };
@@ -131,19 +131,21 @@ const makeSortable = (table) => [...table.tHead.rows[0].cells].forEach((heading,
 });
 
 // A chart that is folded away is drawn when it is seen first; one that is printed has its own width.
-const unfold = () => document.querySelectorAll("details[open] script[type='application/json']").forEach(async (source) => {
-  const figure = JSON.parse(source.textContent);
-  source.remove();
-  const chart = await Plotly.newPlot(source.id.replace("-figure", ""), figure.data, figure.layout, { displaylogo: false, responsive: true });
+const draw = async (id, { data, layout }) => {
+  const chart = await Plotly.newPlot(id, data, layout, CHART);
   charts.push(chart);
   frictionsim.follow?.(chart);
-});
+};
 const resized = (width) => charts.forEach((chart) => Plotly.relayout(chart, { width, autosize: !width }));
 window.addEventListener("beforeprint", () => resized(680));
 window.addEventListener("afterprint", () => resized(undefined));
-document.querySelectorAll("details").forEach((details) => details.addEventListener("toggle", unfold));
 document.querySelectorAll("table.study").forEach(makeSortable);
-unpacked(byId("data").textContent).then((data) => {
+unpacked(byId("data").textContent).then(async (data) => {
   if (data.steps) withClock(data);
+  for (const [id, figure] of Object.entries(data.charts ?? {})) {
+    const folded = byId(id).closest("details");
+    if (folded) folded.addEventListener("toggle", () => draw(id, figure), { once: true });
+    else await draw(id, figure);
+  }
   frictionsim.ready = true;
 });
