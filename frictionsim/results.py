@@ -121,8 +121,7 @@ class SimulationResult(NamedTuple):
 
     Attributes
     ----------
-    time : (n,), s
-    channels : dict of (n,) or (n, members of the channel's axis)
+    channels : mapping of (n,) or (n, members of the channel's axis), including `time`, s
     transitions : list of Transition
     quantities : Quantities
         The quantities of the summary.
@@ -137,14 +136,18 @@ class SimulationResult(NamedTuple):
         Empty for belt drives, which do not record them.
     """
 
-    time: "Array"
-    channels: dict[str, "Array"]
+    channels: "Mapping[str, Array]"
     transitions: list[Transition]
     quantities: "Quantities"
     checks: dict[str, Check]
     non_finite_tail: bool
     warnings: tuple[str, ...] = ()
     sides: "Mapping[str, Array]" = MappingProxyType({})
+
+    @property
+    def time(self) -> "Array":
+        """The times of the samples, (n,), s."""
+        return self.channels["time"]
 
 
 class Quantity(NamedTuple):

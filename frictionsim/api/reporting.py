@@ -50,7 +50,7 @@ def _file_html(path: Path) -> str:
     from frictionsim.io.cost_table import read_csv
     from frictionsim.io.names import existing_name
     from frictionsim.io.output_file import COSTS, SWEEP_IN_CSV
-    from frictionsim.io.reading import read_any
+    from frictionsim.io.sweep_file import read_any
 
     if path.is_file() and COSTS.recognises(path):
         table = read_csv(path)

@@ -463,7 +463,7 @@ def result_or_sweep(path: Path) -> "Result | Sweep":
         If it is neither the result of a run nor a sweep.
     """
     from frictionsim.io.names import existing_name
-    from frictionsim.io.reading import read_any
+    from frictionsim.io.sweep_file import read_any
 
     path = existing_name(path)
     content = read_any(path)

@@ -388,28 +388,19 @@ def _outside_event_windows(events: Any, time: Any, time_atol: float) -> Any:
 
 
 def _compare_events(result: "Record", golden: "Record", time_atol: float) -> ComparedChannel:
-    actual, expected = _named_events(result), _named_events(golden)
+    actual, expected = result.transitions, golden.transitions
     if len(actual) != len(expected):
         note = f"{len(actual)} events, expected {len(expected)}"
         return ComparedChannel("events", note=note)
-    for (time, *what), (_, *expected_what) in zip(actual, expected, strict=True):
-        if what != expected_what:
-            note = f"{what} at {time:.9g} s, expected {expected_what}"
+    for event, wanted_event in zip(actual, expected, strict=True):
+        what, wanted_what = ([e.contact, e.mode_from, e.mode_to] for e in (event, wanted_event))
+        if what != wanted_what:
+            note = f"{what} at {event.time:.9g} s, expected {wanted_what}"
             return ComparedChannel("events", note=note)
     times, wanted = (r.events["time"] for r in (result, golden))
     allowed = np.full(times.shape, time_atol)
     row: ComparedChannel = _worst("events", times, wanted, wanted, allowed, "s")[0]
     return row
-
-
-def _named_events(result: "Record") -> list[tuple[float, str, int, int]]:
-    e = result.events
-    return [
-        (float(time), result.contacts[int(contact)], int(mode_from), int(mode_to))
-        for time, contact, mode_from, mode_to in zip(
-            e["time"], e["contact"], e["mode_from"], e["mode_to"], strict=True
-        )
-    ]
 
 
 def _compare_sides(

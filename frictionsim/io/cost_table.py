@@ -122,12 +122,13 @@ def read_csv(path: Path) -> CostTable:
     InputError
         If it is damaged.
     """
-    text = read_text(path)
-    notes = takewhile(lambda line: line.startswith(NOTE), text.split("\n"))
+    lines = read_text(path).split("\n")
+    notes = list(takewhile(lambda line: line.startswith(NOTE), lines))
+    lines[: len(notes)] = [""] * len(notes)
     try:
-        heading, *lines = separated(text, ",", path)
+        heading, *table = separated("\n".join(lines), ",", path)
         units = _units(heading.cells)
-        rows = [_row(units, line.line, line.cells) for line in lines]
+        rows = [_row(units, line.line, line.cells) for line in table]
         if not rows:
             raise ValueError("it has no rows")
         about = {name: rows[0].get(name, "") for name in ABOUT}

@@ -15,6 +15,7 @@ import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from itertools import count
 from pathlib import Path
 from platform import node
@@ -48,12 +49,6 @@ class Kind(NamedTuple):
         with path.open("rb") as file:
             begins = re.match(self.begins, file.read(HEAD), re.DOTALL) is not None
             return begins and (not self.mark or checksum.mark_of(file) == self.mark)
-
-    def is_unsealed(self, path: Path) -> bool:
-        """Return whether a file has this format but no checksum: another program wrote it."""
-        with path.open("rb") as file:
-            begins = re.match(self.begins, file.read(HEAD)) is not None
-            return bool(self.mark) and begins and not checksum.mark_of(file)
 
 
 HDF5 = re.escape(HDF5_SIGNATURE)
@@ -114,9 +109,11 @@ def _part_of(path: Path, kind: Kind) -> Iterator[tuple[Path, IO[bytes]]]:
             raise OSError(reason)
         target = Path(os.path.realpath(path))
         remove_parts_of_ended_processes(target)
-        part, descriptor = _new_part(target)
+        part = target.with_name(f"{_start(target)}.{os.getpid()}.{next(_numbers)}{END}")
+        mode = PRIVATE if target.exists() else NEW
+        _parts.add(part)
         try:
-            with open(descriptor, "w+b") as file:
+            with open(part, "x+b", opener=partial(os.open, mode=mode)) as file:
                 yield part, file
         finally:
             with suppress(OSError):
@@ -125,15 +122,6 @@ def _part_of(path: Path, kind: Kind) -> Iterator[tuple[Path, IO[bytes]]]:
     except OSError as error:
         reason = error.strerror or str(error)
         raise OutputError(f"{path}: cannot write the {kind.word}: {reason}") from None
-
-
-def _new_part(target: Path) -> tuple[Path, int]:
-    """Return the name of a new part and its open descriptor; threads have parts of their own."""
-    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-    part = target.with_name(f"{_start(target)}.{os.getpid()}.{next(_numbers)}{END}")
-    descriptor = os.open(part, flags, PRIVATE if target.exists() else NEW)
-    _parts.add(part)
-    return part, descriptor
 
 
 def _start(target: Path) -> str:
@@ -215,10 +203,8 @@ def check_replaceable(path: Path, kind: Kind) -> None:
     try:
         if kind.recognises(path):
             return
-        problem = f"is not {kind.described}"
-        if kind.is_unsealed(path):
-            problem = "was changed or made by another program (it has no checksum)"
-        reason = f"the existing file {problem} and is not overwritten"
+        changed = ", or was changed by another program," * bool(kind.mark)
+        reason = f"the existing file is not {kind.described}{changed} and is not overwritten"
     except OSError as error:
         reason = f"the existing file cannot be read ({error.strerror}) and is not overwritten"
     raise OutputError(f"{path}: cannot write the {kind.word}: {reason}; give another name")

@@ -12,6 +12,7 @@ times.
 
 import os
 from io import BytesIO
+from itertools import chain
 from typing import IO, TYPE_CHECKING, Any, Self
 
 import h5py
@@ -37,7 +38,8 @@ if TYPE_CHECKING:
 
 CHUNK_BYTES = 128 * 1024
 LEVEL = 4  # of compression
-OVERHEAD = 2**20  # bytes of a checkpoint beside its arrays
+LARGE = 64 * 2**20  # bytes of a result that is not made in memory
+OVERHEAD = 2**20  # bytes of a result beside its arrays
 WITHOUT_COORDINATES = "This is a netCDF dimension but not a netCDF variable."  # of netCDF-4
 TEXT = h5py.string_dtype()
 TEXT_TYPE, SCALAR = h5py.h5t.py_create(TEXT, logical=True), h5py.h5s.create(h5py.h5s.SCALAR)
@@ -47,21 +49,21 @@ OK: "Flags" = ((0, "failed"), (1, "ok"))
 def write(record: Record, path: "Path") -> None:
     """Write the result file of a run, whole or not at all.
 
-    That of a run that can be resumed, which may be as large as the memory, is not compressed and
-    goes straight to the disk, where its room is reserved first: HDF5 never meets a full one.
+    A small one is made in memory. A large one, and a checkpoint, which is not compressed, go
+    straight to the disk, where their room is reserved first: HDF5 never meets a full one.
 
     Raises
     ------
     OutputError
         If it cannot be written, or would replace another file than a result.
     """
-    if record.checkpoint is None:
-        write_from_memory(lambda file: _fill(file, record), path, RESULT)
-        return
-    state = own_state(record, record.checkpoint)
-    arrays = [*record.channels.values(), *record.events.values(), *state.values()]
+    state = None if record.checkpoint is None else own_state(record, record.checkpoint)
+    arrays = chain(record.channels.values(), record.events.values(), (state or {}).values())
     texts = sum(len(text) for text in record.attributes.values())
     size = sum(values.nbytes for values in arrays) + 4 * texts + OVERHEAD
+    if state is None and size < LARGE:
+        write_from_memory(lambda file: _fill(file, record), path, RESULT)
+        return
     with replacing(path, RESULT) as part:
         with _Reserved(part, size) as room, h5py.File(room, "w", track_order=True) as file:
             _fill(file, record, state)

@@ -42,8 +42,17 @@ import numpy as np
 from frictionsim.errors import InputError
 from frictionsim.io.output_file import SWEEP
 from frictionsim.io.result_format import CONVENTIONS
-from frictionsim.io.result_reader import ResultFile, names_of, opened, text_of, values_of
+from frictionsim.io.result_reader import (
+    ResultFile,
+    is_unfinished_sweep,
+    names_of,
+    opened,
+    record_in,
+    text_of,
+    values_of,
+)
 from frictionsim.io.result_writer import TEXT, describe, write_from_memory
+from frictionsim.io.sweep_journal import read_unfinished
 from frictionsim.io.sweep_table import (
     RUN,
     SOBOL,
@@ -58,7 +67,7 @@ from frictionsim.io.sweep_table import (
     SobolIndices,
     SweepTable,
 )
-from frictionsim.results import Channel
+from frictionsim.results import Channel, Record
 
 ATTRIBUTES = (
     *("frictionsim_version", "study", "scenario", "source", "overrides"),
@@ -138,6 +147,20 @@ def read_sweep(path: Path) -> SweepTable:
         if VERSION_NAME not in file.attrs:
             raise InputError(f"{path}: this is the result of a run, not a sweep; fs.open reads it")
         return sweep_in(file, path)
+
+
+def read_any(path: Path) -> Record | SweepTable:
+    """Read a result file, the file of a sweep or an unfinished sweep.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is neither.
+    """
+    if is_unfinished_sweep(path):
+        return read_unfinished(path).table
+    with opened(path) as file:
+        return sweep_in(file, path) if VERSION_NAME in file.attrs else record_in(file, path)
 
 
 def sweep_in(file: ResultFile, path: Path) -> SweepTable:

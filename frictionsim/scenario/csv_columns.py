@@ -2,9 +2,9 @@
 
 The delimiter is the first of `;`, tab and `,` that is in most of the lines, else blanks. With
 another one than a comma, the decimal mark is that of the first number with a point or comma. Cells
-may be in quotes; # begins a comment at the start of a line, and behind numbers. The header is the
-first line with all names that are asked for, or else the last line above the numbers, also if it is
-a comment. Units are in the header, see `units.heading`, or in a line below it.
+may be in double quotes; # begins a comment at the start of a line, and behind numbers. The header
+is the first line with all names that are asked for, or else the line above the numbers, also if it
+is a comment. Units are in the header, see `units.heading`, or in a line of units below it.
 """
 
 import csv
@@ -24,21 +24,38 @@ MAX_TEXT, MAX_NAMES = 60, 20  # characters of a cell in a message, and names of 
 MAX_HEAD = 1000  # lines in which a header is searched for
 GAPS = ("", "nan")  # cells of data that were not measured
 DELIMITERS = (";", "\t", ",")
-NUMBER = r'[ \t]*"?[-+]?[.,]?\d'
+NUMBER = r'[ \t]*"?[-+]?[.,]?\d'  # what a line of numbers begins with
 HEADER_IN_COMMENT = re.compile(rf"\A((?:\s*#.*\n)*?\s*)#+ *(.*\n{NUMBER})")
-COMMENT = re.compile(rf"^({NUMBER}[^#\n]*)#.*", re.MULTILINE)
-BEHIND_NAME = re.compile(r"(?<=[^\s\])])[ \t]*[\[(][^][()]*[\])]")  # a unit
+COMMENT = re.compile(rf"^([ \t]*|{NUMBER}[^#\n]*)#.*", re.MULTILINE)
+BETWEEN_BLANKS = re.compile(r'"[^"]*"|[^\s("\[]*[ \t]*[(\[][^)\]]*[)\]]\S*|\S+')  # `F [N]` is one
 
 
 class Row(NamedTuple):
-    """The cells of a line, without spaces around them and empty ones at the end."""
+    """The cells of a line that is not empty, without spaces around them."""
 
+    path: Path
     line: int  # from 1
     cells: list[str]
+
+    @property
+    def where(self) -> str:
+        """The line in words."""
+        return f"line {self.line} of '{self.path}'"
 
     def cell(self, place: int) -> str:
         """Return the cell at a place from 0; empty if there is none."""
         return self.cells[place] if 0 <= place < len(self.cells) else ""
+
+    def column(self, name: str) -> int:
+        """Return the place of a named column in a header, from 0."""
+        places = [i for i, c in enumerate(self.cells) if name in (c, heading(c).name)]
+        if len(places) > 1:
+            numbers = ", ".join(str(place + 1) for place in places)
+            raise InputError(
+                f"{self.where}: columns {numbers} are all named '{name}'; give the number of one of"
+                " them"
+            )
+        return places[0]
 
 
 class NoSuchColumn(InputError):
@@ -87,36 +104,39 @@ def read_columns(
     left out; `are_all` forbids further columns.
     """
     text = read_text(path)
-    if "#" in text:  # also as a header right above numbers, as numpy writes it
-        text = HEADER_IN_COMMENT.sub(r"\1\2", COMMENT.sub(r"\1", text))
-    lines = [line for line in text.split("\n") if line.strip() and line.lstrip()[0] != "#"]
-    if not lines:
+    text = COMMENT.sub(r"\1", HEADER_IN_COMMENT.sub(r"\1\2", text))
+    lines = text.split("\n")
+    filled = [line for line in lines if line.strip()]
+    if not filled:
         raise InputError(f"'{path}' is empty")
-    in_most = (d for d in DELIMITERS if 2 * sum(d in line for line in lines) > len(lines))
+    in_most = (d for d in DELIMITERS if 2 * sum(d in line for line in filled) > len(filled))
     delimiter = delimiter or next((d for d in in_most if d != decimal), " ")
     rows = separated(text, delimiter, path)
     names = [column for column in wanted if isinstance(column, str)]
     header = _header(path, rows[:MAX_HEAD], names) if names else -1
-    places = {c: c - 1 if isinstance(c, int) else _place(path, rows[header], c) for c in wanted}
+    places = {c: c - 1 if isinstance(c, int) else rows[header].column(c) for c in wanted}
     first = header + 1
     while first < len(rows) and not any(_is_number(rows[first].cell(i)) for i in places.values()):
         first += 1
     if first == len(rows):
         raise InputError(f"'{path}' has no lines of numbers")
-    head, rows = rows[header:first] if names else rows[max(first - 2, 0) : first], rows[first:]
+    if not names:  # the line above the numbers, or the one above that of units
+        above = rows[max(first - 1, 0) : first]
+        header = max(first - 1 - any(is_unit(bare(c)) for row in above for c in row.cells), 0)
+    head, rows = rows[header:first], rows[first:]
     if not decimal:  # one in all numbers: beside 1.5 the comma of 1,234 may be that of thousands
         cells = (row.cell(place) for row in rows for place in places.values())
         mark = next((mark for cell in cells for mark in ".," if mark in cell), ".")
         decimal = "." if delimiter == "," else mark
-    if not names and not _has_unit(head[-1:]):
-        head = head[-1:]
-    columns = {c: CsvColumn([], place, *_unit(path, head, place)) for c, place in places.items()}
+    columns = {c: CsvColumn([], place, *_unit(head, place)) for c, place in places.items()}
+    width = len(wanted) if are_all else len(head[0].cells) if names else 0
     for row in rows:
-        if are_all and len(row.cells) != len(wanted):
-            raise InputError(
-                f"line {row.line} of '{path}': expected {len(wanted)} columns, got"
-                f" '{' '.join(row.cells)[:MAX_TEXT]}'; of several, choose by name or number"
-            )
+        count = max(i for i, cell in enumerate(row.cells, 1) if cell)
+        if width and (count > width or (are_all and count < width)):
+            hint = "; with decimal commas another delimiter is needed" * (delimiter == ",")
+            hint = "; of several columns, choose by name or number" if are_all else hint
+            found = lines[row.line - 1].strip()[:MAX_TEXT]
+            raise InputError(f"{row.where}: expected {width} cells, got {count}: '{found}'{hint}")
         for column, (values, place, *_) in columns.items():
             cell = row.cell(place)
             number = _number(cell, decimal)
@@ -128,8 +148,8 @@ def read_columns(
                 name = f" ('{column}')" * isinstance(column, str)
                 mark = f"; the decimal mark is '{decimal}' here" * bool(re.search("[.,]", cell))
                 raise InputError(
-                    f"line {row.line} of '{path}': expected a finite number in column"
-                    f" {place + 1}{name}, got '{cell[:MAX_TEXT]}'{mark}"
+                    f"{row.where}: expected a finite number in column {place + 1}{name}, got"
+                    f" '{cell[:MAX_TEXT]}'{mark}"
                 )
     return columns, [row.line for row in rows]
 
@@ -139,7 +159,7 @@ def _number(cell: str, mark: str) -> float | None:
     if "_" in cell or (mark == "," and "." in cell):
         return None
     try:
-        return float(cell.replace(",", ".") if mark == "," else cell)
+        return float(cell.replace(mark, "."))
     except ValueError:
         return None
 
@@ -156,8 +176,10 @@ def read_text(path: Path) -> str:
         with path.open(encoding="utf-8-sig") as file:
             text = file.read(MAX_SIZE + 1)
     except (OSError, ValueError) as error:
-        not_text = "it is not UTF-8 text" if isinstance(error, UnicodeError) else error
-        reason = getattr(error, "strerror", None) or not_text
+        not_text = "it is not UTF-8 text; save it as UTF-8"
+        reason = getattr(error, "strerror", None) or (
+            not_text if isinstance(error, UnicodeError) else error
+        )
         raise InputError(f"cannot read '{path}' ({reason})") from None
     if len(text) > MAX_SIZE:
         raise InputError(f"'{path}' has more than {MAX_SIZE >> 20} MiB; give fewer lines")
@@ -165,22 +187,16 @@ def read_text(path: Path) -> str:
 
 
 def separated(text: str, delimiter: str, path: Path) -> list[Row]:
-    """Return the rows of a file; lines that begin with # are left out."""
-    text = re.sub(r"^[ \t]*#.*", "", text, flags=re.MULTILINE) if "#" in text else text
-    if delimiter == " ":  # of which there may be several, and others before and in a unit
-        text = BEHIND_NAME.sub(lambda m: m[0].replace(" ", "\xa0"), text)
-        text = re.sub(r"^ +| +$", "", re.sub("[ \t]+", " ", text), flags=re.MULTILINE)
-    text = re.sub(f'" +(?={re.escape(delimiter)}|$)', '"', text, flags=re.MULTILINE)
-    reader = csv.reader(
-        StringIO(text), delimiter=delimiter, strict=True, skipinitialspace=delimiter != " "
-    )
+    """Return the rows of a text without comments."""
+    if delimiter == " ":  # of which there may be several, and tabs
+        lines = enumerate(map(BETWEEN_BLANKS.findall, text.split("\n")), 1)
+        return [Row(path, n, [cell.strip(' "') for cell in cells]) for n, cells in lines if cells]
+    reader = csv.reader(StringIO(text), delimiter=delimiter, strict=True, skipinitialspace=True)
     rows, line = [], 1
     try:
         for cells in reader:
-            while cells and not cells[-1].strip():
-                cells.pop()
-            if cells:
-                rows.append(Row(line, [cell.strip().replace("\xa0", " ") for cell in cells]))
+            if any(map(str.strip, cells)):
+                rows.append(Row(path, line, [cell.strip() for cell in cells]))
             line = reader.line_num + 1
     except csv.Error as error:
         raise InputError(f"line {line} of '{path}': not valid CSV: {error}") from None
@@ -189,7 +205,7 @@ def separated(text: str, delimiter: str, path: Path) -> list[Row]:
 
 def _header(path: Path, rows: list[Row], names: list[str]) -> int:
     """Return the number of the first row that has all names."""
-    likely, known = Row(0, []), list[str]()
+    likely, known = Row(path, 0, []), list[str]()
     for number, row in enumerate(rows):
         bare_names = [heading(cell).name for cell in row.cells]
         if {*row.cells, *bare_names}.issuperset(names):
@@ -203,35 +219,18 @@ def _header(path: Path, rows: list[Row], names: list[str]) -> int:
         )
     missing = next(name for name in names if name not in (*likely.cells, *known))
     fault = unknown("column", missing, [name[:MAX_TEXT] for name in known if name][:MAX_NAMES])
-    raise NoSuchColumn(f"line {likely.line} of '{path}': {fault}")
+    raise NoSuchColumn(f"{likely.where}: {fault}")
 
 
-def _place(path: Path, header: Row, column: str) -> int:
-    """Return the place of a named column, from 0."""
-    places = [i for i, c in enumerate(header.cells) if column in (c, heading(c).name)]
-    if len(places) > 1:
-        numbers = ", ".join(str(place + 1) for place in places)
-        raise InputError(
-            f"line {header.line} of '{path}': columns {numbers} are all named '{column}'; give the"
-            " number of one of them"
-        )
-    return places[0]
-
-
-def _has_unit(rows: list[Row]) -> bool:
-    return any(is_unit(bare(cell)) for row in rows for cell in row.cells)
-
-
-def _unit(path: Path, head: list[Row], place: int) -> tuple[str, str, bool]:
+def _unit(head: list[Row], place: int) -> tuple[str, str, bool]:
     """Return the unit of a column, where it stands, and whether it is certain to be one."""
     unit, where, is_certain = "", "", True
     for row in head:
         cell = row.cell(place)
-        here = f"line {row.line} of '{path}', unit of column {place + 1}, '{cell[:MAX_TEXT]}'"
-        if row is head[0]:
-            where, (_, unit, is_certain) = here, heading(cell)
-        elif _has_unit([row]) and (below := bare(cell)) not in ("", "-"):
-            if unit and is_certain and below != unit:
-                raise InputError(f"{here}: another unit than in {where}")
-            unit, where, is_certain = below, here, True
+        here = f"{row.where}, unit of column {place + 1}, '{cell[:MAX_TEXT]}'"
+        _, found, certain = heading(cell) if row is head[0] else ("", bare(cell).strip("-"), True)
+        if unit and is_certain and found not in ("", unit):
+            raise InputError(f"{here}: another unit than in {where}")
+        if found or not where:
+            unit, where, is_certain = found, here, certain
     return unit, where, is_certain

@@ -100,15 +100,15 @@ def energy_residual(mechanism: "Mechanism", samples: "Samples", limit: float, at
     """
     if not samples.time.size:
         return 0.0
-    work = samples["energy_input"]
+    residual = -samples["energy_input"]
     size = mechanism.energy_scale(samples)
     largest = min(ENERGY_ERROR_PER_RTOL * atol, ABSOLUTE_ERROR_LIMIT * size) / limit
-    largest = max(largest, float(np.max(np.abs(work))))
-    residual = -work
+    largest = max(largest, float(np.max(np.abs(residual))))
     stored = [n for n in ("energy_kinetic", "energy_potential") if n in samples.columns]
     for name in (*mechanism.energies, *stored):
         if name != "energy_input":
-            change = samples[name] - samples[name][0]
+            column = samples[name]
+            change = column - column[0]
             residual = residual + change
             largest = max(largest, float(np.max(np.abs(change))))
     largest = max(largest, float(np.max(samples["energy_kinetic"])))
@@ -121,11 +121,11 @@ def friction_violation(samples: "Samples", contact: "ContactColumns", carries: b
     `carries` says that a contact that holds carries what its margins are of, which eq 30 need not:
     then they are judged, too, as the limits may differ by direction.
     """
-    forward, backward = samples[contact.forward], samples[contact.backward]
-    limit = 0.5 * (forward + backward)
+    limit = 0.5 * (samples[contact.forward] + samples[contact.backward])
     excess = np.abs(samples[contact.force]) - limit
     if carries:
-        excess = np.maximum(excess, -np.minimum(forward, backward))
+        least = np.minimum(samples[contact.forward], samples[contact.backward])
+        excess = np.maximum(excess, -least)
     excess = excess - samples[contact.roundoff]
     worst = float(np.max(np.where(samples[contact.mode] == STICK, excess, 0.0), initial=0.0))
     largest = float(np.max(limit, initial=0.0))

@@ -15,7 +15,7 @@ from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
 from frictionsim.simulation.mechanism import Mechanism, Samples
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.run_warnings import hidden_stick_slip
-from frictionsim.simulation.sample_store import SAMPLES
+from frictionsim.simulation.sample_store import SAMPLES, Columns, chosen
 from frictionsim.solvers import solver_of
 from frictionsim.solvers.events import STOP
 from frictionsim.solvers.loop import State
@@ -27,6 +27,7 @@ from frictionsim.solvers.rkf45 import Step, Tolerances
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
+LARGE = 8 * 2**20  # bytes of samples of which no second copy is made
 # Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
 EVENT_CHANNELS = ("angle", "mode")
 
@@ -100,7 +101,7 @@ class CoordinateSimulation:
         recording, state = self._recording, self._solver.state
         numbers = {f"step.{name}": x for name, x in state.step._asdict().items()}
         numbers |= {f"state.{n}": x for n, x in state._asdict().items() if n != "step"}
-        columns = self._rows(recording.rows).T.copy()
+        columns = self._rows(recording.rows).T  # views
         contacts = [e.contact for e in recording.transitions]
         events = [(e.time, e.mode_from, e.mode_to, e.position) for e in recording.transitions]
         return {
@@ -135,7 +136,7 @@ class CoordinateSimulation:
         return "time", *self._mechanism.columns
 
     def _rows(self, numbers: "array[float]") -> Any:
-        """Return recorded rows (n, columns), a view; none can be recorded while it exists."""
+        """Return recorded rows (n, columns), a view."""
         rows = np.frombuffer(numbers) if numbers else np.zeros(0)
         return rows.reshape(-1, len(self._row_names))
 
@@ -168,8 +169,7 @@ class CoordinateSimulation:
             if is_channel(name) and name not in EVENT_CHANNELS and not name.startswith("energy_")
         }
         return SimulationResult(
-            time=samples.time,
-            channels={name: samples[name] for name in self._channel_names()},
+            channels=chosen(samples.columns, ["time", *self._channel_names()]),
             transitions=samples.transitions,
             quantities=self._quantities(samples),
             checks=audit(self._mechanism, samples, self._settings, self.statistics()[0]),
@@ -207,12 +207,17 @@ class CoordinateSimulation:
                 [e for e, k in zip(transitions, kept, strict=True) if k],
             )
         before, after = sides[:, 0], sides[:, 1]
+        merged: Any = slice(None)
+        at_events = before[:0]
         if self._at_events and transitions:
-            rows = _merged(rows, self._sides_at_events(before, after, transitions))
-        columns, left, right = (
-            dict(zip(names, of.T[1:].copy(), strict=True)) for of in (rows, before, after)
-        )
-        return Samples(rows[:, 0].copy(), columns, transitions, left, right), is_cut
+            at_events = self._sides_at_events(before, after, transitions)
+            merged = _order(rows[:, 0], at_events[:, 0])
+        columns: Mapping[str, Any] = Columns(self._row_names, rows, at_events, merged)
+        if rows.nbytes < LARGE:
+            together = np.concatenate((rows, at_events))[merged]
+            columns = dict(zip(self._row_names, together.T.copy(), strict=True))
+        left, right = (dict(zip(names, of.T[1:].copy(), strict=True)) for of in (before, after))
+        return Samples(columns["time"], columns, transitions, left, right), is_cut
 
     def _sides_at_events(self, before: Any, after: Any, transitions: list[Transition]) -> Any:
         """Return one sample for each event: the side before a breakaway, else the side after it."""
@@ -306,11 +311,12 @@ def _restored(kind: Any, prefix: str, state: Arrays, before: Any, lengths: Colle
     return kind(**values)
 
 
-def _merged(rows: Any, at_events: Any) -> Any:
-    """Return the regular samples and those of events, which replace regular ones at their times."""
-    time = at_events[:, 0]
-    last = np.append(time[1:] != time[:-1], True)
-    time, at_events = time[last], at_events[last]
-    is_regular = ~np.isin(rows[:, 0], time)
-    regular = rows if is_regular.all() else rows[is_regular]
-    return np.insert(regular, np.searchsorted(regular[:, 0], time), at_events, 0)
+def _order(times: Any, at_events: Any) -> Any:
+    """Return the order of samples, of which those at events stand behind the regular ones.
+
+    They replace regular ones at their times, and of several at one time the last counts.
+    """
+    last = np.flatnonzero(np.append(at_events[1:] != at_events[:-1], True))
+    regular = np.flatnonzero(~np.isin(times, at_events))
+    places = np.searchsorted(times[regular], at_events[last])
+    return np.insert(regular, places, len(times) + last)

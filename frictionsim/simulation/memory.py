@@ -23,10 +23,9 @@ KEPT, KEPT_OF_PULLEY = 16, 8
 SMALL = 256 * 2**20  # bytes that are there
 LARGE = 10**9  # bytes of samples that a user should know of before
 # The largest size of a run over that of its samples: their arrays grow, some become integers, and
-# all are compressed into the image of the file. Measured of a guided string: 1.65, whose image has
-# 0.2 of it, and might have 0.75 if nothing could be compressed. A mechanism of one coordinate
-# computes all channels for each checkpoint: 2.8 of a pulley.
-PEAK, PEAK_OF_COORDINATES = 2.3, 4.0
+# those of a belt are compressed. Measured of a guided string: 1.65, whose file has 0.2 of it, and
+# might have 0.75 if nothing could be compressed; of a pulley 2.0.
+PEAK = 2.3
 # Of the size of the process, what a run that stops needs to write its checkpoint.
 RESERVE, LEAST_RESERVE = 1.0, 64 * 2**20
 SECONDS_BETWEEN_LOOKS = 1.0
@@ -80,7 +79,7 @@ def check_memory(
         If they do not; it says how much is needed, how much is there, and what helps.
     """
     needed = sample_bytes(scenario, simulation)
-    size = (PEAK if simulation.axes else PEAK_OF_COORDINATES) * needed.in_memory
+    size = PEAK * needed.in_memory
     size -= sum(values.nbytes for values in checkpoint.values())
     fewer = " or fewer output.channels" if simulation.axes else ""
     if size <= SMALL:

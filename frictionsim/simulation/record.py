@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.results import MODES, OPEN, OTHER_MODES, SLACK, STICK, TAUT, Record, defined
+from frictionsim.simulation.sample_store import chosen
 from frictionsim.solvers.events import STOP as END_STOP
 from frictionsim.version import __version__
 
@@ -31,14 +32,16 @@ def recorded(scenario: "Scenario", simulation: "Simulation", data: "SimulationRe
     Integer channels are converted to integers. How the run ended is not in it yet.
     """
     wanted = scenario.output.channels
-    channels = {
-        name: channel for name, channel in data.channels.items() if wanted is None or name in wanted
+    info = {
+        name: simulation.channel_info[name]
+        for name in data.channels
+        if name != "time" and (wanted is None or name in wanted)
     }
-    info = {name: simulation.channel_info[name] for name in channels}
+    types = {name: stored_type(channel) for name, channel in info.items() if channel.integer}
     axes = {channel.axis for channel in info.values() if channel.axis}
     return Record(
         attributes=scenario_attributes(scenario) | {"effects": " ".join(simulation.effects)},
-        channels={"time": data.time, **{n: _typed(info[n], v) for n, v in channels.items()}},
+        channels=chosen(data.channels, ["time", *info], types),
         units={"time": "s", **{name: channel.unit for name, channel in info.items()}},
         long_names={"time": "time", **{name: channel.long_name for name, channel in info.items()}},
         axes={"time": "", **{name: channel.axis for name, channel in info.items()}},

@@ -86,7 +86,12 @@ class Recording:
         """
         t = self.times.at(number)
         while t < end:
-            self.rows.extend(row(t))
+            new = row(t)
+            try:
+                self.rows.extend(new)
+            except BufferError:  # somebody still looks at what a checkpoint saw of them
+                self.rows = self.rows[:]
+                self.rows.extend(new)
             number += 1
             t = self.times.at(number)
         return number

@@ -87,7 +87,7 @@ def test_a_load_lifts_off_when_the_force_suffices_in_its_unit(
         ('"t","M"\n"0","1"\n"1","1"\n', ""),
         ('"t","M"\n"0","1"\n"1","1"\n', ', time = "t", value = "M"'),
         ('0;"1"\n1;"1"\n', ""),
-        ('"0,0";"1,0" \n"1,0" ; "1,0"', ""),
+        ('"0,0"; "1,0"\n"1,0";"1,0"', ""),
         ('"a;b"\t"M"\n"0"\t"1,0"\n"1"\t1', ""),
         ("0,0;1,0\n1,0;1,0", ""),
         ("\ufeff0  1\r\n 1\t1  # end\r\n", ""),
@@ -190,6 +190,8 @@ def test_a_fit_and_a_signal_take_a_file_for_the_same(text: str, tmp_path: Path) 
         ("n [rpm],M [N m]", {}, "unit of column 1, 'n [rpm]'", "one of s, ms"),
         ("t [ms],M", {"speed": "t"}, "got 'ms'", "rad/s, deg/s"),
         ("t,M\ns,kgf", {"time": "t", "value": "M"}, "line 2 of", "N m"),
+        ("t,M\n,kgf", {"time": "t", "value": "M"}, "got 'kgf'", "N m"),
+        ("t,M\ns,kgf", {}, "line 2 of", "N m"),
         ("t [s],F [m N]", {}, "got 'm N'", "N m"),
     ],
 )
@@ -216,6 +218,24 @@ def test_a_unit_in_the_cell_of_another_column_is_refused(header: str, tmp_path: 
 def test_a_number_that_may_be_another_one_is_refused(text: str, tmp_path: Path) -> None:
     with pytest.raises(fs.ScenarioError, match=r"expected a finite number in column [12], got"):
         signal_of(text, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (
+            "t,F\n0,0,1,5\n1,0,2,5\n",
+            "line 2 .*expected 2 cells, got 4: '0,0,1,5'; with decimal comm",
+        ),
+        ("t;F\n0;1\n1;2;; x\n", "line 3 .*expected 2 cells, got 4: '1;2;; x'$"),
+        ("Log\n\nt F\n0 1\n1  2 3", "line 5 .*expected 2 cells, got 3: '1  2 3'$"),
+    ],
+)
+def test_a_line_of_more_cells_than_the_header_is_refused(
+    text: str, said: str, tmp_path: Path
+) -> None:
+    with pytest.raises(fs.ScenarioError, match=said):
+        signal_of(text, tmp_path, time="t", value="F")
 
 
 @pytest.mark.parametrize(

@@ -385,8 +385,8 @@ class Observer:
         run = BeltSamples(self._scenario, self._belt.length, self._pretension, time, seen)
         quantities = quantities_of(run)
         return SimulationResult(
-            time=time,
-            channels={name: samples.channel(name, sound) for name in CHANNELS if name in names},
+            channels={"time": time}
+            | {name: samples.channel(name, sound) for name in CHANNELS if name in names},
             transitions=transitions_of(run),
             quantities=quantities,
             checks=checks_of(run),
