@@ -192,6 +192,10 @@ class Result(ResultBase):
 
         return origin_of(self.record.attributes)
 
+    def to_toml(self, name: str = "scenario") -> str:
+        """Return the `scenario` in TOML, with its overrides."""
+        return self.record.attributes[name].rstrip("\n")
+
     def load_checkpoint(self) -> dict[str, Any]:
         """Return the state to resume from; of a result from a file it is read and verified.
 

@@ -223,9 +223,9 @@ def _monitor(
     if callable(options.progress):
         parts.append(_ProgressFunction(options.progress))
     elif options.progress:
-        from frictionsim.api.progress import RunProgress
+        from frictionsim.api.progress import Announcements, RunProgress
 
-        parts.append(RunProgress(duration))
+        parts += [Announcements(), RunProgress(duration)]
     if options.max_wall is not None:
         parts.append(WallTimeLimit(options.max_wall, duration, scenario.budget_advice, since))
     return Monitors(*parts)

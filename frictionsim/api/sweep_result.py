@@ -111,7 +111,7 @@ class Sweep(ResultBase):
         left = f"{self.table.count(NOT_RUN)} of {self.table.runs} runs are left"
         return f"sweep {self.status}: {left}" + (f": {self.reason}" if self.reason else "")
 
-    def to_toml(self, name: str) -> str:
+    def to_toml(self, name: str = "scenario") -> str:
         """Return the varied `scenario`, or the `study`, in TOML."""
         return self.table.attributes[name].rstrip("\n")
 
@@ -149,11 +149,13 @@ class Sweep(ResultBase):
             raise InputError(f"{target}: expected a name that ends in {ends} or .csv")
         return target
 
-    def save_csv(self, path: Path) -> None:
+    def save_csv(self, path: str | PathLike[str]) -> Path:
         """Write a line for each run, and the Sobol indices of a sample to NAME.sobol.csv."""
         from frictionsim.sweeps.sweep_csv import write_csv
 
-        write_csv(self.table, path)
+        target = as_path("path", path)
+        write_csv(self.table, target)
+        return target
 
     def write_csv(self, file: "Writable") -> None:
         """Write a line for each run."""

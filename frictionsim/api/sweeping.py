@@ -44,6 +44,7 @@ from frictionsim.scenario.toml_data import toml_tables
 from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import (
     Monitor,
+    Monitors,
     RunMonitor,
     StopSignals,
     SweepProgress,
@@ -259,9 +260,9 @@ def shown(progress: OnProgress | bool) -> Iterator[Monitor[SweepProgress]]:
     if callable(progress):
         yield monitor_of(progress)
     elif progress:
-        from frictionsim.api.progress import SweepBar
+        from frictionsim.api.progress import Announcements, SweepBar
 
-        with SweepBar() as bar:
+        with Monitors(Announcements(), SweepBar()) as bar:
             yield bar
     else:
         yield Monitor()
