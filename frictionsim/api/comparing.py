@@ -1,18 +1,15 @@
 """Comparison of results from Python."""
 
-from collections.abc import Iterable
 from math import ceil, inf, log10
 from os import PathLike
 from typing import TYPE_CHECKING
-
-from pydantic import Field
 
 from frictionsim.api import result as results
 from frictionsim.display import STUDY_DIGITS, number_text, short_text, time_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.io.comparison import ComparedChannel, Comparison, Tolerances, compare_records
 from frictionsim.results import finite
-from frictionsim.scenario.options import Names, Options, as_path
+from frictionsim.scenario.options import GivenNames, Tolerance, as_path, checked
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -26,23 +23,15 @@ HEADINGS = (
 )
 
 
-class CompareOptions(Options):
-    """The tolerances of a comparison, and what to ignore."""
-
-    rtol: float = Field(RTOL, ge=0, allow_inf_nan=True)
-    atol: float = Field(ATOL, ge=0, allow_inf_nan=True)
-    time_atol: float = Field(TIME_ATOL, ge=0, allow_inf_nan=True)
-    ignore: Names = ()
-
-
+@checked
 def compare(
     result: results.Result | str | PathLike[str],
     golden: results.Result | str | PathLike[str],
     *,
-    rtol: float = RTOL,
-    atol: float = ATOL,
-    time_atol: float = TIME_ATOL,
-    ignore: str | Iterable[str] = (),
+    rtol: Tolerance = RTOL,
+    atol: Tolerance = ATOL,
+    time_atol: Tolerance = TIME_ATOL,
+    ignore: GivenNames = (),
 ) -> Comparison:
     """Compare a result with a golden (reference) result: channels, events, quantities and status.
 
@@ -83,13 +72,11 @@ def compare(
         If they cannot be compared: a file is unreadable, the kinds differ, or both runs are done
         but sampled at different times.
     """
-    options = CompareOptions.among(locals())
-    tolerances = Tolerances(options.rtol, options.atol, options.time_atol)
     records = (
         _named("result", result, "the result"),
         _named("golden", golden, "the golden result"),
     )
-    return compare_records(*records, tolerances, options.ignore)
+    return compare_records(*records, Tolerances(rtol, atol, time_atol), tuple(ignore))
 
 
 def _named(

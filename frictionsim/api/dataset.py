@@ -10,14 +10,14 @@ import xarray
 
 from frictionsim.errors import InputError
 from frictionsim.io.result_format import CONVENTIONS, FORMAT_VERSION, is_numbered
-from frictionsim.io.sweep_file import VERSION as SWEEP_VERSION
-from frictionsim.io.sweep_file import VERSION_NAME
 from frictionsim.io.sweep_table import (
     RUN,
     SOBOL_NAMES,
     STATUS,
     STATUSES,
     TEXTS,
+    VERSION,
+    VERSION_NAME,
     Coordinate,
     SweepTable,
 )
@@ -120,7 +120,7 @@ def sweep_dataset(table: SweepTable) -> xarray.Dataset:
     for name, (along, values, text) in table.sobol_datasets.items():
         words = {"long_name": text} | ({} if isinstance(values, list) else {"units": "1"})
         (coordinates if name in along else variables)[name] = (along, values, words)
-    versions = {VERSION_NAME: np.int64(SWEEP_VERSION), "Conventions": CONVENTIONS}
+    versions = {VERSION_NAME: np.int64(VERSION), "Conventions": CONVENTIONS}
     return xarray.Dataset(variables, coordinates, table.attributes | versions)
 
 
