@@ -7,7 +7,12 @@ from typing import TYPE_CHECKING
 from frictionsim.api import result as results
 from frictionsim.display import STUDY_DIGITS, number_text, short_text, time_text
 from frictionsim.document import Data, Document, Table
-from frictionsim.io.comparison import ComparedChannel, Comparison, Tolerances, compare_records
+from frictionsim.io.comparison import (
+    ComparedChannel,
+    Comparison,
+    Tolerances,
+    compare_records,
+)
 from frictionsim.results import finite
 from frictionsim.scenario.options import GivenNames, Tolerance, as_path, checked
 
@@ -17,9 +22,10 @@ if TYPE_CHECKING:
 
 RTOL, ATOL, TIME_ATOL = 1e-6, 1e-9, 1e-6
 MAX_DIGITS = 17  # tell any two floats apart
+MAX_VERDICT = 14  # characters, such as "pulley driven"; longer ones are below the table
 HEADINGS = (
-    *("channel or quantity", ">value", ">expected", "unit"),
-    *(">difference", ">allowed", ">time, s", ""),
+    *("channel or quantity", "", ">value", ">expected", "unit"),
+    *(">off by", ">allowed", ">time, s"),
 )
 
 
@@ -91,18 +97,14 @@ def _named(
 
 def comparison_parts(comparison: Comparison) -> Document:
     """Yield the differences of two results."""
-    rows = [
-        (
-            row.name,
-            *_both_values(row),
-            row.unit,
-            short_text(row.difference),
-            short_text(row.allowed),
-            time_text(row.time),
-            "ok" if row.ok else (row.note or "different"),
-        )
-        for row in comparison.rows
-    ]
+    rows, notes = [], []
+    for row in comparison.rows:
+        verdict = "ok" if row.ok else (row.note or "different")
+        if len(verdict) > MAX_VERDICT:
+            notes.append(f"{row.name}: {verdict}")
+            verdict = "different"
+        cells = (*_both_values(row), row.unit, short_text(row.difference), short_text(row.allowed))
+        rows.append((row.name, verdict, *cells, time_text(row.time)))
     data = [
         {
             "channel": row.name,
@@ -119,6 +121,7 @@ def comparison_parts(comparison: Comparison) -> Document:
     ]
     yield Data({"same": comparison.same, "rows": data, "notes": list(comparison.notes)})
     yield Table(HEADINGS, rows)
+    yield from notes
     yield from comparison.notes
     differing = sum(not row.ok for row in comparison.rows)
     if differing:

@@ -27,9 +27,10 @@ if TYPE_CHECKING:
 
 
 # Columns of the summary before the errors and behind them, and headings that are not their names.
-FIRST = ("model", "bodies", "law", "backend", "setting", "error", "time_error")
-LAST = ("events", "wall_seconds", "wall_spread", "steps", "rejected", "rhs_evaluations", "reason")
-HEADINGS = {name: name for name in ("model", "law", "setting", "reason")} | {
+SETTING = ("model", "bodies", "law", "backend", "setting")
+FIRST = (*SETTING, "error", "time_error")
+LAST = ("events", "wall_seconds", "wall_spread", "steps", "rejected", "rhs_evaluations")
+HEADINGS = {name: name for name in ("model", "bodies", "law", "setting")} | {
     "backend": "method",
     "time_error": ">in time",
     "wall_seconds": ">wall time [s]",
@@ -46,10 +47,12 @@ def study_parts(table: CostTable) -> Document:
     yield from _reference_lines(table)
     relative = [name + RELATIVE for name in table.measures]
     names = [name for name in (*FIRST, *relative, *LAST) if name in table.columns]
-    if "reason" in names and not any(row["reason"] for row in table.rows):
-        names.remove("reason")
     headings = [HEADINGS.get(name, f">{name.removesuffix(RELATIVE)}") for name in names]
     yield Table(headings, [[_cell(row, name) for name in names] for row in table.rows])
+    for row in table.rows:
+        if row["reason"]:
+            setting = [str(_cell(row, name)) for name in SETTING if name in table.columns]
+            yield f"{', '.join(filter(None, setting))}: {row['reason']}"
     yield from (advice.sentence for advice in recommendations(table))
 
 
