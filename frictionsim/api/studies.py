@@ -1,6 +1,6 @@
 """Work-precision studies from Python: error against run time."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,6 @@ from frictionsim.costs.study import study as study
 from frictionsim.costs.study_table import recommendations, table_json
 from frictionsim.display import error_text, number_text, short_text
 from frictionsim.document import Cell, Data, Document, Number, Table
-from frictionsim.errors import InputError
 from frictionsim.io.cost_table import COUNTS, RELATIVE, CostTable
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
@@ -133,21 +132,15 @@ class Study(ResultBase):
             }
         )
 
-    def save(self, path: str | PathLike[str]) -> Path:
-        """Write the table as CSV, with units in the header line; return its file.
+    @property
+    def _writers(self) -> Mapping[str, Callable[[Path], Path]]:
+        return {".csv": self.save_csv}
 
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        OutputError
-            If it cannot be written, or would replace a file of another kind.
-        """
+    def save_csv(self, path: str | PathLike[str]) -> Path:
+        """Write the table as CSV, with units in the header line; return its file."""
         from frictionsim.io.cost_table import write_csv
 
         target = as_path("path", path)
-        if target.suffix != ".csv":
-            raise InputError(f"{target}: expected a name that ends in .csv")
         write_csv(self.table, target)
         return target
 

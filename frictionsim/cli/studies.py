@@ -92,7 +92,7 @@ def cost(
     done = study.status == "done"
     if not done:  # a whole table of another study stays
         csv, plot = (path and partial_name(path) for path in (csv, plot))
-    files = {"table": (csv, study.save), "picture": (plot, study.save_picture)}
+    files = {"table": (csv, study.save_csv), "picture": (plot, study.save_picture)}
     written = _write_and_print(study, files, as_json)
     if done:
         for path, kind in ((csv, COSTS), (plot, PICTURE)):
