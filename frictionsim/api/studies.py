@@ -49,7 +49,7 @@ def study_parts(table: CostTable) -> Document:
     headings = [HEADINGS.get(name, f">{name.removesuffix(RELATIVE)}") for name in names]
     yield Table(headings, [[_cell(row, name) for name in names] for row in table.rows])
     for row in table.rows:
-        if row["reason"]:
+        if row.get("reason"):
             setting = [str(_cell(row, name)) for name in SETTING if name in table.columns]
             yield f"{', '.join(filter(None, setting))}: {row['reason']}"
     yield from (advice.sentence for advice in recommendations(table))
