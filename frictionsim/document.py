@@ -5,8 +5,12 @@ page of a report (`frictionsim.reports.html`), data as JSON (`as_json`).
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from textwrap import wrap
 from typing import Any, NamedTuple
 from unicodedata import combining, east_asian_width
+
+MAX_WIDTH, GAP = 100, 2  # characters of a line of a table, and between its columns
+MIN_HEADING = 14  # characters of a line of a heading that is broken
 
 
 class Number(NamedTuple):
@@ -61,17 +65,67 @@ def _lines(block: Block) -> list[str]:
 
 
 def _lines_of_table(table: Table) -> list[str]:
-    headings = [heading.removeprefix(">") for heading in table.headings]
-    rows = [headings, *([shown(cell) for cell in row] for row in table.rows)]
-    widths = [max(_width(row[i]) for row in rows if i < len(row)) for i in range(len(headings))]
-    lines = []
-    for row in rows:
-        cells = []
-        for heading, width, cell in zip(table.headings, widths, row, strict=False):
-            blanks = " " * (width - _width(cell))
-            cells.append(blanks + cell if heading.startswith(">") else cell + blanks)
-        lines.append("  ".join(cells).rstrip())
-    return lines
+    """Return a table; a wide one with broken headings, turned, or in parts below each other.
+
+    Each part begins with the columns that name the rows: those of text at the left.
+    """
+    headings = list(table.headings)
+    rows = [[*map(shown, row)] + [""] * (len(headings) - len(row)) for row in table.rows]
+    lines = _aligned(headings, rows)
+    if _widest(lines) > MAX_WIDTH:
+        headings = [
+            _broken(heading, [row[i] for row in rows]) for i, heading in enumerate(headings)
+        ]
+        lines = _aligned(headings, rows)
+    if _widest(lines) > MAX_WIDTH and rows:
+        first, *others = zip(*rows, strict=True)
+        names = (heading.removeprefix(">") for heading in table.headings[1:])
+        turned = [[name, *cells] for name, cells in zip(names, others, strict=True)]
+        lines = _aligned([headings[0], *(f">{cell}" for cell in first)], turned)
+    if _widest(lines) <= MAX_WIDTH:
+        return lines
+    names_of_rows = next((i for i, text in enumerate(headings) if text.startswith(">")), 0) or 1
+    widths = [
+        _widest([*heading.split("\n"), *(row[i] for row in rows)])
+        for i, heading in enumerate(headings)
+    ]
+    parts, width = list[list[int]](), MAX_WIDTH
+    for column in range(names_of_rows, len(headings)):
+        width += GAP + widths[column]
+        if width > MAX_WIDTH:
+            parts.append([*range(names_of_rows)])
+            width = sum(GAP + widths[i] for i in parts[-1]) + widths[column]
+        parts[-1].append(column)
+    return [
+        line
+        for part in parts
+        for line in _aligned([headings[i] for i in part], [[row[i] for i in part] for row in rows])
+    ]
+
+
+def _broken(heading: str, cells: Sequence[str]) -> str:
+    """Return a heading in lines that are about as long as its cells."""
+    return "\n".join(wrap(heading, max(_widest(cells), MIN_HEADING), break_long_words=False))
+
+
+def _aligned(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a table whose rows are as long as the headings."""
+    heads = [heading.removeprefix(">").split("\n") for heading in headings]
+    height = max(map(len, heads))
+    # The last line of a heading is above its cells.
+    lines = [*zip(*([""] * (height - len(head)) + head for head in heads), strict=True), *rows]
+    widths = [_widest(column) for column in zip(*lines, strict=True)]
+    at_right = [heading.startswith(">") for heading in headings]
+    return [(" " * GAP).join(map(_padded, line, widths, at_right)).rstrip() for line in lines]
+
+
+def _padded(cell: str, width: int, at_right: bool) -> str:
+    blanks = " " * (width - _width(cell))
+    return blanks + cell if at_right else cell + blanks
+
+
+def _widest(texts: Iterable[str]) -> int:
+    return max(map(_width, texts), default=0)
 
 
 def shown(cell: Cell) -> str:

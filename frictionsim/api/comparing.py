@@ -1,18 +1,20 @@
 """Comparison of results from Python."""
 
-from collections.abc import Iterable
 from math import ceil, inf, log10
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from pydantic import Field
-
 from frictionsim.api import result as results
 from frictionsim.display import STUDY_DIGITS, number_text, short_text, time_text
 from frictionsim.document import Data, Document, Table
-from frictionsim.io.comparison import ComparedChannel, Comparison, Tolerances, compare_records
+from frictionsim.io.comparison import (
+    ComparedChannel,
+    Comparison,
+    Tolerances,
+    compare_records,
+)
 from frictionsim.results import finite
-from frictionsim.scenario.options import Names, Options, as_path
+from frictionsim.scenario.options import GivenNames, Tolerance, as_path, checked
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -20,29 +22,22 @@ if TYPE_CHECKING:
 
 RTOL, ATOL, TIME_ATOL = 1e-6, 1e-9, 1e-6
 MAX_DIGITS = 17  # tell any two floats apart
+MAX_VERDICT = 14  # characters, such as "pulley driven"; longer ones are below the table
 HEADINGS = (
-    *("channel or quantity", ">value", ">expected", "unit"),
-    *(">difference", ">allowed", ">time, s", ""),
+    *("channel or quantity", "", ">value", ">expected", "unit"),
+    *(">off by", ">allowed", ">time, s"),
 )
 
 
-class CompareOptions(Options):
-    """The tolerances of a comparison, and what to ignore."""
-
-    rtol: float = Field(RTOL, ge=0, allow_inf_nan=True)
-    atol: float = Field(ATOL, ge=0, allow_inf_nan=True)
-    time_atol: float = Field(TIME_ATOL, ge=0, allow_inf_nan=True)
-    ignore: Names = ()
-
-
+@checked
 def compare(
     result: results.Result | str | PathLike[str],
     golden: results.Result | str | PathLike[str],
     *,
-    rtol: float = RTOL,
-    atol: float = ATOL,
-    time_atol: float = TIME_ATOL,
-    ignore: str | Iterable[str] = (),
+    rtol: Tolerance = RTOL,
+    atol: Tolerance = ATOL,
+    time_atol: Tolerance = TIME_ATOL,
+    ignore: GivenNames = (),
 ) -> Comparison:
     """Compare a result with a golden (reference) result: channels, events, quantities and status.
 
@@ -83,13 +78,11 @@ def compare(
         If they cannot be compared: a file is unreadable, the kinds differ, or both runs are done
         but sampled at different times.
     """
-    options = CompareOptions.among(locals())
-    tolerances = Tolerances(options.rtol, options.atol, options.time_atol)
     records = (
         _named("result", result, "the result"),
         _named("golden", golden, "the golden result"),
     )
-    return compare_records(*records, tolerances, options.ignore)
+    return compare_records(*records, Tolerances(rtol, atol, time_atol), tuple(ignore))
 
 
 def _named(
@@ -104,18 +97,14 @@ def _named(
 
 def comparison_parts(comparison: Comparison) -> Document:
     """Yield the differences of two results."""
-    rows = [
-        (
-            row.name,
-            *_both_values(row),
-            row.unit,
-            short_text(row.difference),
-            short_text(row.allowed),
-            time_text(row.time),
-            "ok" if row.ok else (row.note or "different"),
-        )
-        for row in comparison.rows
-    ]
+    rows, notes = [], []
+    for row in comparison.rows:
+        verdict = "ok" if row.ok else (row.note or "different")
+        if len(verdict) > MAX_VERDICT:
+            notes.append(f"{row.name}: {verdict}")
+            verdict = "different"
+        cells = (*_both_values(row), row.unit, short_text(row.difference), short_text(row.allowed))
+        rows.append((row.name, verdict, *cells, time_text(row.time)))
     data = [
         {
             "channel": row.name,
@@ -132,6 +121,7 @@ def comparison_parts(comparison: Comparison) -> Document:
     ]
     yield Data({"same": comparison.same, "rows": data, "notes": list(comparison.notes)})
     yield Table(HEADINGS, rows)
+    yield from notes
     yield from comparison.notes
     differing = sum(not row.ok for row in comparison.rows)
     if differing:

@@ -131,10 +131,13 @@ class Fit(FitOutcome, ResultBase):
         write_new(target, self.to_toml(), SCENARIO)
         return target
 
-    def save(self, path: str | PathLike[str]) -> Path:
-        """Write the fitted scenario (.toml, a new file) or the picture (.png, .pdf, .svg)."""
-        target = as_path("path", path)
-        return self.save_toml(target) if target.suffix == ".toml" else self.save_picture(target)
+    @property
+    def _writers(self) -> Mapping[str, Callable[[Path], Path]]:
+        return {".toml": self.save_toml}
+
+    @property
+    def _fault(self) -> str:
+        return self.reason or self.finding.sentence
 
     def parts(self) -> Document:
         """Yield the estimates, their correlations and the residuals, and their data."""

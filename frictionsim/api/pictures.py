@@ -18,6 +18,7 @@ from frictionsim.io.output_file import ANIMATIONS, PICTURE, check_apart, check_f
 from frictionsim.plots import (
     ALL,
     applicable,
+    check_count,
     check_several,
     draw,
     draw_several,
@@ -225,6 +226,7 @@ def save_pictures(
     """
     if path is not None:
         check_format(path)
+    check_count(len(files))  # before they are read
     results_by_name = [(str(file), result_or_sweep(file)) for file in files]
     place = _PictureTarget(path or _default(files), path is not None, no_clobber)
     (_, first), *others = results_by_name
@@ -515,6 +517,7 @@ def plot(
     if not sources:
         raise ArgumentError("result", "expected a result or several, got an empty list")
     if len(sources) > 1:
+        check_count(len(sources))
         options.check_for("several results")
         opened = [(_name(one, i), _one(one)) for i, one in enumerate(sources, 1)]
         records, names = _named_records(opened)

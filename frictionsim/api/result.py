@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from frictionsim.api.result_base import Ending, ResultBase
+from frictionsim.api.result_base import PICTURES, Ending, ResultBase
 from frictionsim.display import set_line, short_text
 from frictionsim.document import Data, Document, Table, as_text
 from frictionsim.errors import (
@@ -33,6 +33,8 @@ from frictionsim.results import (
 from frictionsim.scenario.arguments import as_path
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
     import xarray
     from matplotlib.figure import Figure, SubFigure
 
@@ -192,6 +194,10 @@ class Result(ResultBase):
 
         return origin_of(self.record.attributes)
 
+    def to_toml(self, name: str = "scenario") -> str:
+        """Return the `scenario` in TOML, with its overrides."""
+        return self.record.attributes[name].rstrip("\n")
+
     def load_checkpoint(self) -> dict[str, Any]:
         """Return the state to resume from; of a result from a file it is read and verified.
 
@@ -210,6 +216,10 @@ class Result(ResultBase):
         if stored.attributes != self.record.attributes:
             raise InputError(f"{self.path}: it has changed since it was opened; open it again")
         return stored.state
+
+    @property
+    def _writers(self) -> "Mapping[str, Callable[[Path], Path]]":
+        return {".csv": self.save_csv}
 
     def check(self) -> Self:
         """Return the result itself if the run is done and passed its audit.
@@ -234,7 +244,8 @@ class Result(ResultBase):
     def save(self, path: str | PathLike[str], *, no_clobber: bool = False) -> Path:
         """Write the result file, whole or not at all; it holds no wall times.
 
-        That of a run that is not done is NAME.partial.h5, and can be resumed as before.
+        That of a run that is not done is NAME.partial.h5, and can be resumed as before. A path
+        that ends in .csv is of the channels, one in .png, .pdf or .svg of the picture.
 
         Parameters
         ----------
@@ -249,10 +260,15 @@ class Result(ResultBase):
             If it cannot be written.
         """
         from frictionsim.io.names import partial_name, whole_name
-        from frictionsim.io.output_file import RESULT, check_free
+        from frictionsim.io.output_file import CHANNELS_IN_CSV, PICTURE, RESULT, check_free
         from frictionsim.io.result_writer import write
 
-        target = whole_name(as_path("path", path))
+        target = as_path("path", path)
+        if target.suffix in (".csv", *PICTURES):
+            if no_clobber:
+                check_free(target, CHANNELS_IN_CSV if target.suffix == ".csv" else PICTURE)
+            return super().save(target)
+        target = whole_name(target)
         target = target if self.status == "done" else partial_name(target)
         if no_clobber:
             check_free(target, RESULT)

@@ -3,15 +3,20 @@
 from abc import ABC, abstractmethod
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from frictionsim.document import as_json, as_text
+from frictionsim.errors import EXIT_AUDIT_FAILED, AuditError, InputError, SolverError
 from frictionsim.scenario.arguments import as_path
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
     from matplotlib.figure import Figure
 
     from frictionsim.document import Document
+
+PICTURES = (".png", ".pdf", ".svg")
 
 
 class Ending(NamedTuple):
@@ -49,20 +54,53 @@ class ResultBase(ABC):
         """Yield the lines and tables of the summary, and its data."""
 
     @abstractmethod
+    def plot(self) -> "Figure":
+        """Draw the result."""
+
+    @property
+    @abstractmethod
+    def _writers(self) -> "Mapping[str, Callable[[Path], Path]]":
+        """What writes the result to a file, by the suffix of its path."""
+
     def save(self, path: str | PathLike[str]) -> Path:
-        """Write the result to a file, whole or not at all.
+        """Write the result, or its picture, by the suffix of the path; return the file.
 
         Raises
         ------
         InputError
-            If the suffix is not supported.
+            If the suffix is another one.
         OutputError
             If the file cannot be written, or would replace one of another kind.
         """
+        target = as_path("path", path)
+        writers = {**self._writers, **dict.fromkeys(PICTURES, self.save_picture)}
+        if target.suffix not in writers:
+            *ends, last = writers
+            raise InputError(f"{target}: expected a name that ends in {', '.join(ends)} or {last}")
+        return writers[target.suffix](target)
 
-    @abstractmethod
-    def plot(self) -> "Figure":
-        """Draw the result."""
+    def check(self) -> Self:
+        """Return the result itself if its exit code is 0.
+
+        Raises
+        ------
+        SolverError
+            With its exit code, if it failed or ended early.
+        AuditError
+            If all runs that are done failed their audits.
+        """
+        if self.exit_code:
+            error = AuditError if self.exit_code == EXIT_AUDIT_FAILED else SolverError
+            raised = error(
+                self._fault if self.status == "done" else f"{self.status}: {self._fault}"
+            )
+            raised.exit_code = self.exit_code
+            raise raised
+        return self
+
+    @property
+    def _fault(self) -> str:
+        return self.reason
 
     def save_picture(self, path: str | PathLike[str]) -> Path:
         """Write the picture, by the suffix of the path: .png, .pdf or .svg."""

@@ -6,16 +6,13 @@ from contextlib import AbstractContextManager
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated, Any
-
-from pydantic import Field
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from frictionsim.api.result import Result, file_to_resume
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.errors import FrictionsimError, InputError, OutputError
 from frictionsim.scenario.loading import ScenarioSource
-from frictionsim.scenario.options import Options, as_path, function_of
-from frictionsim.scenario.schema import unit_field
+from frictionsim.scenario.options import Count, WallTime, as_path, checked, function_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.monitor import (
     Monitors,
@@ -33,20 +30,22 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger(__name__)
 
-ProgressOption = bool | Callable[[float], Any]
-"""Whether to show a progress bar on stderr; or a function that is called with the time."""
+OnTime = Annotated[
+    bool | Callable[[float], Any], function_of("the time", otherwise="True, False or ")
+]
 
 
+@checked
 def solve(
     scenario: Scenario | ScenarioSource,
     overrides: "Overrides | None" = None,
     *,
     output: str | PathLike[str] | None = None,
     no_clobber: bool = False,
-    max_wall: float | None = None,
-    max_steps: int | None = None,
+    max_wall: WallTime = None,
+    max_steps: Count = None,
     estimate_error: bool = False,
-    progress: ProgressOption = False,
+    progress: OnTime = False,
     check: bool = False,
 ) -> Result:
     """Simulate a scenario.
@@ -95,27 +94,22 @@ def solve(
     SolverError, AuditError
         Only with `check`.
     """
-    since = perf_counter()
-    options = RunOptions.of(
-        no_clobber=no_clobber,
-        max_wall=max_wall,
-        max_steps=max_steps,
-        estimate_error=estimate_error,
-        progress=progress,
-        check=check,
-    )
+    limits = _Limits(perf_counter(), max_wall, max_steps)
     loaded = with_overrides(scenario, overrides)
-    return _simulate(loaded, _files(output, None), options, since, None)
+    files = _files(output, None, no_clobber)
+    result = _simulate(loaded, files, limits, progress, estimate_error=estimate_error)
+    return result.check() if check else result
 
 
+@checked
 def resume(
     result: Result | str | PathLike[str],
     *,
     output: str | PathLike[str] | None = None,
     no_clobber: bool = False,
-    max_wall: float | None = None,
-    max_steps: int | None = None,
-    progress: ProgressOption = False,
+    max_wall: WallTime = None,
+    max_steps: Count = None,
+    progress: OnTime = False,
     check: bool = False,
 ) -> Result:
     """Resume an interrupted run; the result is bit-identical to that of an uninterrupted run.
@@ -141,17 +135,12 @@ def resume(
     """
     from frictionsim.io.names import whole_name
 
-    since = perf_counter()
-    options = RunOptions.of(
-        no_clobber=no_clobber,
-        max_wall=max_wall,
-        max_steps=max_steps,
-        progress=progress,
-        check=check,
-    )
-    incomplete = (
-        result if isinstance(result, Result) else file_to_resume(as_path("result", result))[1]
-    )
+    limits = _Limits(perf_counter(), max_wall, max_steps)
+    incomplete: Result | None
+    if isinstance(result, Result):
+        incomplete = result
+    else:
+        incomplete = file_to_resume(as_path("result", result))[1]
     if incomplete is None:
         raise InputError(f"{result}: this is a sweep; frictionsim.resume_sweep continues it")
     state = incomplete.load_checkpoint()
@@ -159,75 +148,75 @@ def resume(
     if output is None and path is not None:
         output = whole_name(path)
     try:
-        return _simulate(scenario, _files(output, path), options, since, state)
+        files = _files(output, path, no_clobber)
+        done = _simulate(scenario, files, limits, progress, state)
     except InputError as error:
         name = "this result" if path is None else path
         raise InputError(f"{name}: cannot resume this run: {error}") from None
+    return done.check() if check else done
 
 
-class RunOptions(Options):
-    """The limits and the progress display of a run, and the actions after it."""
+class _Limits(NamedTuple):
+    """The limits of a run: of wall time since a reading of the clock, s, and of steps."""
 
-    no_clobber: bool = False
-    max_wall: float | None = unit_field("s", "Limit of wall time.", None, gt=0, allow_inf_nan=True)
-    max_steps: int | None = Field(None, gt=0)
-    estimate_error: bool = False
-    progress: Annotated[Any, function_of("the time", "True, False or ")] = False
-    check: bool = False
+    since: float
+    wall: float | None
+    steps: int | None
 
 
-def _files(output: str | PathLike[str] | None, resumed: Path | None) -> "RunFiles | None":
+def _files(
+    output: str | PathLike[str] | None, resumed: Path | None, no_clobber: bool
+) -> "RunFiles | None":
     if output is None:
         return None
     # Imported here because a run without a file does not need h5py.
     from frictionsim.io.run_files import RunFiles
 
-    return RunFiles(as_path("output", output), resumed)
+    files = RunFiles(as_path("output", output), resumed)
+    files.check(no_clobber)
+    return files
 
 
 def _simulate(
     scenario: Scenario,
     files: "RunFiles | None",
-    options: RunOptions,
-    since: float,
-    state: dict[str, Any] | None,
+    limits: _Limits,
+    progress: OnTime,
+    state: dict[str, Any] | None = None,
+    estimate_error: bool = False,
 ) -> Result:
     # Without a file an interrupted run cannot be saved: Ctrl-C raises at once.
     stop = None if files is None else StopSignals()
-    with _monitor(options, since, scenario, stop) as monitor:
-        if files is not None:
-            files.check(options.no_clobber)
+    with _monitor(stop, limits, progress, scenario) as monitor:
         try:
-            write, steps = _checkpoint_writer(files), options.max_steps
-            done = run(scenario, monitor, write, state, steps)
+            done = run(scenario, monitor, _checkpoint_writer(files), state, limits.steps)
         except _ProgressFailed as failed:
             raise failed.__cause__ or failed from None
         path = None if files is None else files.write_last(done)
         estimate = None
-        if options.estimate_error and done.status == "done":
+        if estimate_error and done.status == "done":
             from frictionsim.costs.error_estimate import estimate as estimate_errors
 
-            estimate = estimate_errors(scenario, done, monitor, steps)
+            estimate = estimate_errors(scenario, done, monitor, limits.steps)
     if stop is not None and stop.received:
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
-    result = Result(done, path, scenario, estimate)
-    return result.check() if options.check else result
+    return Result(done, path, scenario, estimate)
 
 
 def _monitor(
-    options: RunOptions, since: float, scenario: Scenario, stop: StopSignals | None
+    stop: StopSignals | None, limits: _Limits, progress: OnTime, scenario: Scenario
 ) -> Monitors[float]:
     """Return the monitor of a run: interruption, progress and limit of the wall time."""
     parts: list[RunMonitor] = [] if stop is None else [stop]
     duration = scenario.solver.duration
-    if callable(options.progress):
-        parts.append(_ProgressFunction(options.progress))
-    elif options.progress:
-        from frictionsim.api.progress import RunProgress
+    if callable(progress):
+        parts.append(_ProgressFunction(progress))
+    elif progress:
+        from frictionsim.api.progress import Announcements, RunProgress
 
-        parts.append(RunProgress(duration))
-    if options.max_wall is not None:
-        parts.append(WallTimeLimit(options.max_wall, duration, scenario.budget_advice, since))
+        parts += [Announcements(), RunProgress(duration)]
+    if limits.wall is not None:
+        parts.append(WallTimeLimit(limits.wall, duration, scenario.budget_advice, limits.since))
     return Monitors(*parts)
 
 

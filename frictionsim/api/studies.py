@@ -1,6 +1,6 @@
 """Work-precision studies from Python: error against run time."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,6 @@ from frictionsim.costs.study import study as study
 from frictionsim.costs.study_table import recommendations, table_json
 from frictionsim.display import error_text, number_text, short_text
 from frictionsim.document import Cell, Data, Document, Number, Table
-from frictionsim.errors import InputError
 from frictionsim.io.cost_table import COUNTS, RELATIVE, CostTable
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.options import as_path
@@ -27,9 +26,10 @@ if TYPE_CHECKING:
 
 
 # Columns of the summary before the errors and behind them, and headings that are not their names.
-FIRST = ("model", "bodies", "law", "backend", "setting", "error", "time_error")
-LAST = ("events", "wall_seconds", "wall_spread", "steps", "rejected", "rhs_evaluations", "reason")
-HEADINGS = {name: name for name in ("model", "law", "setting", "reason")} | {
+SETTING = ("model", "bodies", "law", "backend", "setting")
+FIRST = (*SETTING, "error", "time_error")
+LAST = ("events", "wall_seconds", "wall_spread", "steps", "rejected", "rhs_evaluations")
+HEADINGS = {name: name for name in ("model", "bodies", "law", "setting")} | {
     "backend": "method",
     "time_error": ">in time",
     "wall_seconds": ">wall time [s]",
@@ -46,10 +46,12 @@ def study_parts(table: CostTable) -> Document:
     yield from _reference_lines(table)
     relative = [name + RELATIVE for name in table.measures]
     names = [name for name in (*FIRST, *relative, *LAST) if name in table.columns]
-    if "reason" in names and not any(row["reason"] for row in table.rows):
-        names.remove("reason")
     headings = [HEADINGS.get(name, f">{name.removesuffix(RELATIVE)}") for name in names]
     yield Table(headings, [[_cell(row, name) for name in names] for row in table.rows])
+    for row in table.rows:
+        if row.get("reason"):
+            setting = [str(_cell(row, name)) for name in SETTING if name in table.columns]
+            yield f"{', '.join(filter(None, setting))}: {row['reason']}"
     yield from (advice.sentence for advice in recommendations(table))
 
 
@@ -130,21 +132,15 @@ class Study(ResultBase):
             }
         )
 
-    def save(self, path: str | PathLike[str]) -> Path:
-        """Write the table as CSV, with units in the header line; return its file.
+    @property
+    def _writers(self) -> Mapping[str, Callable[[Path], Path]]:
+        return {".csv": self.save_csv}
 
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        OutputError
-            If it cannot be written, or would replace a file of another kind.
-        """
+    def save_csv(self, path: str | PathLike[str]) -> Path:
+        """Write the table as CSV, with units in the header line; return its file."""
         from frictionsim.io.cost_table import write_csv
 
         target = as_path("path", path)
-        if target.suffix != ".csv":
-            raise InputError(f"{target}: expected a name that ends in .csv")
         write_csv(self.table, target)
         return target
 

@@ -13,7 +13,6 @@ from frictionsim.errors import (
     EXIT_AUDIT_FAILED,
     EXIT_DONE,
     EXIT_SOLVER_FAILED,
-    InputError,
     exit_code_of_interruption,
 )
 from frictionsim.io.names import existing_name, partial_name, whole_name
@@ -48,7 +47,7 @@ from frictionsim.sweeps.statistics import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     import xarray
     from matplotlib.figure import Figure, SubFigure
@@ -111,7 +110,7 @@ class Sweep(ResultBase):
         left = f"{self.table.count(NOT_RUN)} of {self.table.runs} runs are left"
         return f"sweep {self.status}: {left}" + (f": {self.reason}" if self.reason else "")
 
-    def to_toml(self, name: str) -> str:
+    def to_toml(self, name: str = "scenario") -> str:
         """Return the varied `scenario`, or the `study`, in TOML."""
         return self.table.attributes[name].rstrip("\n")
 
@@ -125,35 +124,28 @@ class Sweep(ResultBase):
         """
         return _parts(self.table, self.path)
 
-    def save(self, path: str | PathLike[str]) -> Path:
-        """Write the sweep as HDF5 or CSV, by the suffix of the path; return its file.
+    @property
+    def _writers(self) -> "Mapping[str, Callable[[Path], Path]]":
+        return dict.fromkeys(SUFFIXES, self._save_hdf5) | {".csv": self.save_csv}
 
-        HDF5 is for `open_sweep`, NAME.partial.h5 if the sweep is not done.
+    @property
+    def _fault(self) -> str:
+        return "; ".join(filter(None, (self.reason, *self.failures)))
 
-        Raises
-        ------
-        InputError
-            If the suffix is another one.
-        OutputError
-            If it cannot be written, or would replace a file of another kind.
-        """
-        target = as_path("path", path)
-        if target.suffix == ".csv":
-            self.save_csv(target)
-        elif target.suffix in SUFFIXES:
-            whole = whole_name(target)
-            target = whole if self.status == "done" else partial_name(whole)
-            write_sweep(self.table, target)
-        else:
-            ends = ", ".join(SUFFIXES)
-            raise InputError(f"{target}: expected a name that ends in {ends} or .csv")
+    def _save_hdf5(self, path: Path) -> Path:
+        """Write the sweep for `open_sweep`, to NAME.partial.h5 if it is not done."""
+        whole = whole_name(path)
+        target = whole if self.status == "done" else partial_name(whole)
+        write_sweep(self.table, target)
         return target
 
-    def save_csv(self, path: Path) -> None:
+    def save_csv(self, path: str | PathLike[str]) -> Path:
         """Write a line for each run, and the Sobol indices of a sample to NAME.sobol.csv."""
         from frictionsim.sweeps.sweep_csv import write_csv
 
-        write_csv(self.table, path)
+        target = as_path("path", path)
+        write_csv(self.table, target)
+        return target
 
     def write_csv(self, file: "Writable") -> None:
         """Write a line for each run."""

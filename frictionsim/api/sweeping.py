@@ -1,15 +1,16 @@
 """Sweeps from Python: a scenario at many combinations of values, in workers and files."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext, suppress
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, closing, nullcontext, suppress
 from os import PathLike
 from pathlib import Path
 from shutil import copytree
 from signal import SIGINT, Signals
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from tomllib import loads
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.api.sweep_result import Sweep, open_sweep
@@ -37,13 +38,14 @@ from frictionsim.io.sweep_journal import SweepJournal, read_unfinished
 from frictionsim.io.sweep_table import FAILED, RunBlock, SweepHeader
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource, read_toml
-from frictionsim.scenario.options import Options, as_path, function_of
+from frictionsim.scenario.options import Count, as_path, checked, function_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import scenario_file
-from frictionsim.scenario.toml_data import toml_tables
+from frictionsim.scenario.toml_data import keys_and_values, toml_tables
 from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import (
     Monitor,
+    Monitors,
     RunMonitor,
     StopSignals,
     SweepProgress,
@@ -63,7 +65,6 @@ from frictionsim.sweeps.study_file import (
 )
 from frictionsim.sweeps.workers import (
     ProcessPool,
-    Workers,
     available_cores,
     dask_cluster,
     process_pool,
@@ -74,32 +75,15 @@ if TYPE_CHECKING:
     from frictionsim.scenario.overrides import Overrides
 
 
-OnProgress = Callable[[SweepProgress], Any]
+OnProgress = Annotated[
+    bool | Callable[[SweepProgress], Any],
+    function_of("a SweepProgress", otherwise="True, False or "),
+]
+Scheduler = Annotated[str | None, Field()]
 SERIES, STUDY = ".series", "study.toml"
 
 
-class ExecutionOptions(Options):
-    """Worker processes or Dask cluster of a sweep, and its progress."""
-
-    workers: int | None = Field(None, gt=0)
-    dask: str | None = None
-    progress: Annotated[Any, function_of("a SweepProgress", "True, False or ")] = False
-
-    @model_validator(mode="after")
-    def _exclude_each_other(self) -> Self:
-        if self.workers is not None and self.dask is not None:
-            raise InputError(
-                "workers and dask exclude each other: with dask the cluster has the workers"
-            )
-        return self
-
-    def of_runs(self, runs: int) -> AbstractContextManager[Workers]:
-        """Return the context of the workers for a number of runs."""
-        if self.dask is not None:
-            return dask_cluster(self.dask)
-        return process_pool(min(self.workers or available_cores(), runs))
-
-
+@checked
 def sweep(
     scenario: Scenario | ScenarioSource | SweepStudy,
     vary: Mapping[str, Any] | Iterable[str] | None = None,
@@ -113,9 +97,9 @@ def sweep(
     keep_series: bool = False,
     output: str | PathLike[str] | None = None,
     no_clobber: bool = False,
-    workers: int | None = None,
-    dask: str | None = None,
-    progress: OnProgress | bool = False,
+    workers: Count = None,
+    dask: Scheduler = None,
+    progress: OnProgress = False,
 ) -> Sweep:
     """Run a scenario for many combinations of values.
 
@@ -169,13 +153,13 @@ def sweep(
     SolverError
         If a worker was killed; with an output, what is done is kept for `resume_sweep`.
     """
-    execution = ExecutionOptions.among(locals())
     options = SweepOptions.among(locals())
+    _check_workers(workers, dask)
     study = study_from(scenario, overrides, options)
     varied, text, path = study.options, study_toml(study), None
     if output is not None:
         path = as_path("output", output)
-        _check_files(path, None, no_clobber)
+        _check_files(path, None, no_clobber, text)
         if varied.keep_series:
             _check_series(_series_of(path), text)
     elif varied.keep_series:
@@ -183,17 +167,19 @@ def sweep(
             "keep_series", "the results of runs are saved beside an output; give one"
         )
     design = design_of(varied.vary, varied.zip, varied.sampling)
-    return _SweepRun(study, design, header_of(study.scenario, design, text), path).run(execution)
+    run = _SweepRun(study, design, header_of(study.scenario, design, text), path)
+    return run.run(progress, workers, dask)
 
 
+@checked
 def resume_sweep(
     path: str | PathLike[str],
     *,
     output: str | PathLike[str] | None = None,
     no_clobber: bool = False,
-    workers: int | None = None,
-    dask: str | None = None,
-    progress: OnProgress | bool = False,
+    workers: Count = None,
+    dask: Scheduler = None,
+    progress: OnProgress = False,
 ) -> Sweep:
     """Resume an interrupted sweep; the file is bit-identical to that of an uninterrupted one.
 
@@ -219,7 +205,7 @@ def resume_sweep(
     OutputError
         If another process is running it, or the file cannot be written.
     """
-    execution = ExecutionOptions.among(locals())
+    _check_workers(workers, dask)
     file = resumable_name(as_path("path", path))
     if not is_unfinished_sweep(file):
         is_done = open_sweep(file).status == "done"
@@ -236,7 +222,7 @@ def resume_sweep(
                 " version, or run the study again"
             )
         target = own if output is None else as_path("output", output)
-        _check_files(target, file, no_clobber)
+        _check_files(target, file, no_clobber, attributes["study"])
         study = study_of(toml_tables(attributes["study"]), None, str(file))
         varied = study.options
         if varied.keep_series:
@@ -250,21 +236,25 @@ def resume_sweep(
         run = _SweepRun(study._replace(folder=found.folder), design, found.header, target)
         is_own = is_same_file(unfinished_sweep_name(target), file)
         run.go_on(found.blocks, journal if is_own else None, _series_of(own))
-        return run.run(execution)
+        return run.run(progress, workers, dask)
 
 
-@contextmanager
-def shown(progress: OnProgress | bool) -> Iterator[Monitor[SweepProgress]]:
+def _check_workers(workers: int | None, dask: str | None) -> None:
+    if workers is not None and dask is not None:
+        raise InputError(
+            "workers and dask exclude each other: with dask the cluster has the workers"
+        )
+
+
+def _shown(progress: OnProgress) -> AbstractContextManager[Monitor[SweepProgress]]:
     """Return the context with the monitor that shows the progress of a sweep, or does nothing."""
     if callable(progress):
-        yield monitor_of(progress)
-    elif progress:
-        from frictionsim.api.progress import SweepBar
+        return nullcontext(monitor_of(progress))  # a monitor is entered by who gives it
+    if not progress:
+        return Monitor()
+    from frictionsim.api.progress import Announcements, SweepBar
 
-        with SweepBar() as bar:
-            yield bar
-    else:
-        yield Monitor()
+    return Monitors(Announcements(), SweepBar())
 
 
 def study_from(
@@ -305,15 +295,30 @@ def _written_study(source: Scenario | ScenarioSource) -> SweepStudy | None:
     return study_of(data, path.parent, str(path)) if is_study(data) else None
 
 
-def _check_files(whole: Path, resumed: Path | None, no_clobber: bool) -> None:
+def _check_files(whole: Path, resumed: Path | None, no_clobber: bool, study: str) -> None:
     """Check, before any run, that the files of a sweep can be written."""
     unfinished = unfinished_sweep_name(whole)
     check_names(whole, unfinished, resumed, SWEEP, no_clobber)
     check_output(whole, SWEEP)
     check_output(unfinished, UNFINISHED_SWEEP)
     if not is_same_file(unfinished, resumed) and unfinished.is_file():
-        SweepJournal(unfinished).close()  # raises unless it holds none
+        try:
+            SweepJournal(unfinished).close()  # raises unless it holds none
+        except OutputError as error:
+            raise OutputError(f"{error}{_difference(unfinished, study)}") from None
     warn_of_name(whole)
+
+
+def _difference(unfinished: Path, study: str) -> str:
+    """Return the end of a message: the keys in which an unfinished sweep differs from a study."""
+    try:
+        other = read_unfinished(unfinished).header.attributes["study"]
+    except InputError:  # damaged, or another process is at its beginning
+        return ""
+    of, given = (dict(keys_and_values(loads(text), lists="whole")) for text in (other, study))
+    keys = [key for key in sorted({*of, *given}) if of.get(key) != given.get(key)]
+    names = [key.removeprefix("vary.").removeprefix("study.scenario.") for key in keys]
+    return f". It differs from what is given in {', '.join(names)}" if names else ""
 
 
 def _series_of(whole: Path) -> Path:
@@ -367,12 +372,13 @@ class _SweepRun(RunMonitor):
         self._done += block.runs
         self._failed += int((block.status == FAILED).sum())
 
-    def run(self, execution: ExecutionOptions) -> Sweep:
+    def run(self, progress: OnProgress, workers: int | None, dask: str | None) -> Sweep:
         """Run the remaining combinations and write the files."""
         handled = nullcontext() if self._whole is None else StopSignals()
+        processes = min(workers or available_cores(), self._design.runs)
         with (
-            shown(execution.progress) as self._shown,
-            execution.of_runs(self._design.runs) as workers,
+            _shown(progress) as self._shown,
+            dask_cluster(dask) if dask is not None else process_pool(processes) as pool,
             handled as self._stop,
         ):
             keys = self._design.keys
@@ -381,10 +387,10 @@ class _SweepRun(RunMonitor):
             for count in check_combinations(combinations, self._design, remaining):
                 self._checked += count
                 self(0.0)
-            if isinstance(workers, ProcessPool):
+            if isinstance(pool, ProcessPool):
                 self._compile(combinations)
             work = Work(combinations, self._series)
-            blocks = run_blocks(workers, work, self._design, remaining, self)
+            blocks = run_blocks(pool, work, self._design, remaining, self)
             if self._whole is not None:
                 return self._with_files(blocks, self._whole)
             for block in blocks:

@@ -14,8 +14,6 @@ from frictionsim.io.terminal import is_terminal, print_on_stderr, visible, write
 from frictionsim.simulation.monitor import (
     Monitor,
     Monitors,
-    Progress,
-    RunMonitor,
     StopSignals,
     SweepProgress,
     compilation_text,
@@ -69,7 +67,7 @@ class CommandSignals(StopSignals):
         super()._on_signal(number, frame)
 
 
-class _Compilations(Monitor[Progress]):
+class _Compilations(Monitor[Any]):
     """Announces compilations, with a sign of life on a terminal, unless quiet."""
 
     def __init__(self, quiet: bool) -> None:
@@ -77,12 +75,9 @@ class _Compilations(Monitor[Progress]):
 
     @contextmanager
     def compiling(self, expected: float) -> Iterator[None]:
-        """Announce the compilation of kernels, of its expected duration in s."""
-        if self._quiet:
-            yield
-            return
-        print_on_stderr(f"frictionsim: {compilation_text(expected)}")
-        if not is_terminal(sys.stderr):
+        if not self._quiet:
+            print_on_stderr(f"frictionsim: {compilation_text(expected)}")
+        if self._quiet or not is_terminal(sys.stderr):
             yield
             return
         from rich.console import Console
@@ -92,65 +87,57 @@ class _Compilations(Monitor[Progress]):
 
 
 class CommandMonitor(Monitors[float]):
-    """Watches the run of a command: stop signals, compilations, a progress bar on a terminal.
-
-    Attributes
-    ----------
-    signals : CommandSignals
-    """
+    """Watches the run of a command: stop signals, compilations, a progress bar on a terminal."""
 
     def __init__(self, duration: float, with_progress: bool, quiet: bool = False) -> None:
         self.signals = CommandSignals()
-        bar: list[RunMonitor] = []
+        bar: list[Monitor[float]] = []
         if with_progress and is_terminal(sys.stderr):
             from frictionsim.api.progress import RunProgress
 
             bar = [RunProgress(duration)]
-        super().__init__(self.signals, _Compilations[float](quiet), *bar)
+        super().__init__(self.signals, _Compilations(quiet), *bar)
 
 
-class SweepMonitor(_Compilations[SweepProgress]):
-    """Watches the sweep of a command: shows a bar, and ends the sweep at a stop signal.
+class SweepMonitor(Monitors[SweepProgress]):
+    """Watches the sweep of a command as `CommandMonitor` does a run.
 
     Signals are handled when all combinations are checked: before, no run is completed.
     """
 
     def __init__(self, with_bar: bool, quiet: bool) -> None:
-        super().__init__(quiet)
         self.signals = CommandSignals()
-        self._with_bar = with_bar and is_terminal(sys.stderr)
-        self._bar: Any = None
-
-    def __enter__(self) -> Self:
-        if self._with_bar:
+        bar: list[Monitor[SweepProgress]] = []
+        if with_bar and is_terminal(sys.stderr):
             from frictionsim.api.progress import SweepBar
 
-            self._bar = SweepBar().__enter__()
-        return self
+            bar = [SweepBar()]
+        super().__init__(self._watch, _Compilations(quiet), *bar)
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *error: object) -> None:
         self.signals.restore()
-        if self._bar is not None:
-            self._bar.__exit__()
+        super().__exit__(*error)
 
-    def __call__(self, progress: SweepProgress, /) -> None:
+    def _watch(self, progress: SweepProgress) -> None:
         if progress.checked >= progress.total:
             self.signals(0.0)
-        if self._bar is not None:
-            self._bar(progress)
 
 
 class StatusLine:
-    """Shows a text in one line of a terminal; the line is erased at the end."""
+    """Shows a text in one line of a terminal, after some seconds another; erased at the end."""
 
-    def __enter__(self) -> "StatusLine":
-        self._shown = is_terminal(sys.stderr)
+    def __init__(self, seconds_between: float = 0.0) -> None:
+        self._pause = seconds_between
+
+    def __enter__(self) -> Self:
+        self._is_shown, self._last = is_terminal(sys.stderr), 0.0
         return self
 
     def __call__(self, text: str) -> None:
-        if self._shown:
+        if self._is_shown and monotonic() - self._last >= self._pause:
+            self._last = monotonic()
             write_on_stderr(f"{CLEAR_LINE}{visible(text)}")
 
     def __exit__(self, *_: object) -> None:
-        if self._shown:
+        if self._is_shown:
             write_on_stderr(CLEAR_LINE)

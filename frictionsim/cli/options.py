@@ -1,19 +1,19 @@
-"""The application, options of several commands, and reading of scenarios."""
+"""The application, how commands are declared, options of several commands, and their files."""
 
-import os
+import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from inspect import cleandoc, signature
+from os import sep
 from os.path import exists, isdir
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_origin
 
 import typer
 
 import frictionsim as fs
-from frictionsim.cli.printing import (
-    print_text,
-)
+from frictionsim.cli.printing import print_text
 from frictionsim.errors import (
     EXIT_BAD_INPUT,
     ArgumentError,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 STDIN = "-"
 RESULTS = Path("results")  # the folder of results by default
-FOLDER_ENDS = ("/", os.sep)
+Command = TypeVar("Command", bound=Callable[..., int | None])
 
 app = typer.Typer(
     name="frictionsim",
@@ -41,33 +41,59 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+# In a docstring: the names of an option and its placeholder, two blanks, the help.
+ROW = re.compile(r"^(\S+(?: \S+)*)  +(.*(?:\n .*)*)", re.MULTILINE)
+
+
+def command(function: Command) -> Command:
+    """Register a command, whose docstring has a row for each parameter, in their order.
+
+    Parameters of several commands, as `Quiet`, bring names and help along.
+    """
+    text = cleandoc(function.__doc__ or "")
+    own = [
+        (name, parameter.annotation)
+        for name, parameter in signature(function).parameters.items()
+        if get_origin(parameter.annotation) is not Annotated
+    ]
+    if own:
+        text, _, rows = text.rpartition("\n\n")
+        for (name, kind), (spelling, words) in zip(own, ROW.findall(rows), strict=True):
+            parts, words = spelling.replace(",", " ").split(), " ".join(words.split())
+            flags = [part for part in parts if part.startswith("-")]
+            metavar = spelling.split()[-1] if flags != parts else None
+            declared: Any = typer.Option if flags else typer.Argument
+            info = declared(*flags, metavar=metavar, help=words, show_default=False)
+            function.__annotations__[name] = Annotated[kind, info]
+    app.command(help=text)(function)
+    return function
+
+
 ScenarioFile = Annotated[
     str,
     typer.Argument(
+        metavar="SCENARIO",
         help="Scenario in TOML, or the name of a shipped one; - reads the standard input.",
         show_default=False,
     ),
 ]
-ResultFile = Annotated[
-    Path, typer.Argument(metavar="RESULT", help="Result file in HDF5.", show_default=False)
-]
 OverridesOption = Annotated[
     list[str] | None,
     typer.Option(
-        "--set", metavar="KEY=VALUE", help="Override a key, e.g. solver.rtol=1e-6. May be repeated."
+        "--set", metavar="KEY=VALUE", help="Override a key: solver.rtol=1e-6. May be repeated."
     ),
 ]
 MaxWall = Annotated[
     float | None,
-    typer.Option(metavar="SECONDS", help="Limit the wall time of this part of the run."),
+    typer.Option(metavar="SECONDS", help="Stop this part of the run after this wall time. [none]"),
 ]
 MaxSteps = Annotated[
     int | None,
-    typer.Option(metavar="N", help="Limit the steps of this part of the run."),
+    typer.Option(metavar="N", help="Stop this part of the run after so many steps. [none]"),
 ]
 WorkerCount = Annotated[
     int | None,
-    typer.Option("-j", "--workers", metavar="N", help="Worker processes. [one for each core]"),
+    typer.Option("-j", "--workers", metavar="N", help="Run so many processes. [one for each core]"),
 ]
 Scheduler = Annotated[
     str | None,
@@ -79,9 +105,7 @@ Scheduler = Annotated[
 ]
 NoClobber = Annotated[
     bool,
-    typer.Option(
-        "--no-clobber", help="Do not replace existing files (exit 4), except a resumed result."
-    ),
+    typer.Option("--no-clobber", help="Replace no existing file (exit 4), except a resumed one."),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print no summary and no progress.")]
@@ -103,15 +127,29 @@ def _show_version(wanted: bool) -> None:
 def program(
     context: typer.Context,
     version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, help="Show the version.")
+        bool, typer.Option("--version", callback=_show_version, help="Print the version.")
     ] = False,
     debug: Annotated[
-        bool, typer.Option("--debug", help="Show the traceback of an internal error.")
+        bool, typer.Option("--debug", help="Print the traceback of an internal error.")
     ] = False,
 ) -> None:
     if context.invoked_subcommand is None:
         print_on_stderr(context.get_help())
         raise typer.Exit(EXIT_BAD_INPUT)
+
+
+def given(**options: Any) -> dict[str, Any]:
+    """Return the options that are given; the others have the defaults of the function."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+@contextmanager
+def named_by_option(options: Mapping[str, str]) -> Iterator[None]:
+    """Return the context in which errors of arguments name options of other names."""
+    try:
+        yield
+    except ArgumentError as error:
+        raise ArgumentError(options.get(error.argument, error.argument), error.text) from None
 
 
 def default_folder() -> Path:
@@ -133,38 +171,24 @@ def stem_of(source: str) -> str:
 def load_scenario(
     source: str, overrides: list[str] | None = None, backend: str | None = None
 ) -> "Scenario":
-    """Read and validate a scenario.
-
-    Parameters
-    ----------
-    source : str
-        A path, or "-" for the standard input.
-    overrides, backend
-        As for `frictionsim.load`.
-    """
+    """Read and validate a scenario, as `frictionsim.load`; "-" is the standard input."""
     if source != STDIN:
         return fs.load(source, overrides, backend)
     from frictionsim.scenario.settings import STDIN as NAME
-
-    return fs.loads(_standard_input(), overrides, backend, name=NAME)
-
-
-def _standard_input() -> str:
     from frictionsim.scenario.toml_data import NoUsableText, read_text
 
     if sys.stdin is None:
         raise InputError("-: the standard input is closed; expected a scenario in TOML")
     try:
-        return read_text(sys.stdin.buffer)
+        text = read_text(sys.stdin.buffer)
     except NoUsableText as error:
         raise ScenarioError([f"-: {error}"]) from None
     except UnicodeDecodeError as error:
+        at = f"got invalid UTF-8 at byte {error.start}"
         raise ScenarioError(
-            [
-                "-: expected a scenario in TOML on the standard input, got invalid UTF-8 at byte"
-                f" {error.start}"
-            ]
+            [f"-: expected a scenario in TOML on the standard input, {at}"]
         ) from None
+    return fs.loads(text, overrides, backend, name=NAME)
 
 
 def check_read_once(sources: Sequence[str]) -> None:
@@ -177,10 +201,8 @@ def scenarios_in(sources: Sequence[str]) -> list[str]:
     """Return the sources, with the scenarios of each folder instead of the folder."""
     scenarios = []
     for source in sources:
-        if source == STDIN or not isdir(source):
-            scenarios.append(source)
-            continue
-        inside = sorted(map(str, Path(source).rglob("*.toml")))
+        is_folder = source != STDIN and isdir(source)
+        inside = sorted(map(str, Path(source).rglob("*.toml"))) if is_folder else [source]
         if not inside:
             raise InputError(f"{source}: this folder has no scenario (*.toml)")
         scenarios += inside
@@ -190,40 +212,17 @@ def scenarios_in(sources: Sequence[str]) -> list[str]:
 def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> list[Path]:
     """Return the result file of each scenario; of several it is checked that all can be written.
 
-    Parameters
-    ----------
-    sources : sequence of str
-        Paths of scenarios, or "-".
-    output : str or None
-        A folder, which exists or ends with a slash; for one scenario a file otherwise.
-    no_clobber : bool
-        Do not replace existing files.
+    The output is a folder, which exists or ends with a slash; for one scenario a file otherwise.
     """
     if output == STDIN:
         raise InputError("-o -: a result is written as HDF5, not printed; give a file name")
-    is_folder = output is None or output.endswith(FOLDER_ENDS) or isdir(output)
+    is_folder = output is None or output.endswith(("/", sep)) or isdir(output)
     if output is not None and len(sources) == 1 and not is_folder:
         return [Path(output)]
-    targets = _targets_in(_folder(None if output is None else Path(output)), sources)
-    if len(sources) > 1:
-        from frictionsim.io.run_files import RunFiles
-
-        for target in targets:
-            RunFiles(target).check(no_clobber)
-    return targets
-
-
-def _folder(output: Path | None) -> Path:
-    """Return the folder for results; the default one is created."""
-    if output is None:
-        return default_folder()
-    if not isdir(output):
-        reason = "this is a file" if exists(output) else "there is no such folder, create it first"
-        raise OutputError(f"{output}: expected a folder for the results; {reason}")
-    return output
-
-
-def _targets_in(folder: Path, sources: Sequence[str]) -> list[Path]:
+    folder = default_folder() if output is None else Path(output)
+    if not isdir(folder):
+        reason = "this is a file" if exists(folder) else "there is no such folder, create it first"
+        raise OutputError(f"{folder}: expected a folder for the results; {reason}")
     targets: dict[Path, str] = {}
     for source in sources:
         target = folder / f"{stem_of(source)}.h5"
@@ -233,13 +232,9 @@ def _targets_in(folder: Path, sources: Sequence[str]) -> list[Path]:
                 " by one, each with its -o"
             )
         targets[target] = source
+    if len(sources) > 1:
+        from frictionsim.io.run_files import RunFiles
+
+        for target in targets:
+            RunFiles(target).check(no_clobber)
     return list(targets)
-
-
-@contextmanager
-def named_by_option(options: Mapping[str, str]) -> Iterator[None]:
-    """Return the context in which errors of arguments name options of other names."""
-    try:
-        yield
-    except ArgumentError as error:
-        raise ArgumentError(options.get(error.argument, error.argument), error.text) from None

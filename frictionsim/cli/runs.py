@@ -3,9 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 import frictionsim as fs
 from frictionsim.cli.monitor import CommandMonitor
@@ -16,13 +14,12 @@ from frictionsim.cli.options import (
     NoClobber,
     OverridesOption,
     Quiet,
-    ResultFile,
     ScenarioFile,
     Scheduler,
     Verbose,
     WorkerCount,
-    app,
     check_read_once,
+    command,
     load_scenario,
     scenarios_in,
     targets_of,
@@ -49,46 +46,27 @@ if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 
-@app.command()
+@command
 def solve(
-    scenarios: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="SCENARIO",
-            help="Scenarios in TOML, or names of shipped ones; - reads the standard input.",
-            show_default=False,
-        ),
-    ],
+    scenarios: list[str],
     overrides: OverridesOption = None,
-    output: Annotated[
-        str | None,  # a path loses the slash that ends the name of a folder
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            help="Result file, or a folder for results. [results/<scenario name>.h5]",
-        ),
-    ] = None,
-    backend: Annotated[
-        str | None,
-        typer.Option(
-            "--backend",
-            metavar="NAME",
-            help="Override the backend of the scenario.",
-        ),
-    ] = None,
+    output: str | None = None,  # a path loses the slash that ends the name of a folder
+    backend: str | None = None,
     max_wall: MaxWall = None,
     max_steps: MaxSteps = None,
-    estimate_error: Annotated[
-        bool,
-        typer.Option("--estimate-error", help="Solve again more accurately and compare."),
-    ] = False,
+    estimate_error: bool = False,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> int:
-    """Simulate scenarios, write result files and print summaries."""
+    """Simulate scenarios, write result files and print summaries.
+
+    SCENARIO           Scenarios in TOML, or names of shipped ones; - reads the standard input.
+    -o, --output FILE  Write the result to this file or folder. [results/<scenario name>.h5]
+    --backend NAME     Override the backend of the scenario.
+    --estimate-error   Solve again more accurately, and print how far the quantities differ.
+    """
     log_on_stderr(verbose, quiet)
     loaded = _load_all(scenarios, overrides, backend)
     targets = targets_of(scenarios, output, no_clobber)
@@ -109,8 +87,7 @@ def solve(
         if stopped and number < len(scenarios):
             print_error(f"not solved: {len(scenarios) - number} of the scenarios, after this one")
             break
-    runs.close()
-    return runs.exit_code
+    return runs.close()
 
 
 def _load_all(
@@ -130,13 +107,10 @@ def _load_all(
     return loaded
 
 
-@app.command()
+@command
 def resume(
-    result: ResultFile,
-    output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", metavar="FILE", help="Result file. [replaces RESULT]"),
-    ] = None,
+    result: Path,
+    output: Path | None = None,
     max_wall: MaxWall = None,
     max_steps: MaxSteps = None,
     workers: WorkerCount = None,
@@ -150,41 +124,29 @@ def resume(
 
     Until it is done a run is NAME.partial.h5, a sweep NAME.partial.runs, which is taken if there
     is no NAME.h5.
+
+    RESULT             Result or sweep that is not done.
+    -o, --output FILE  Write the result to this file. [replaces RESULT]
     """
     from frictionsim.api.result import file_to_resume
+    from frictionsim.io.names import whole_name
 
     log_on_stderr(verbose, quiet)
     file, incomplete = file_to_resume(result)
+    files: dict[str, Any] = {"output": output, "no_clobber": no_clobber}
     if incomplete is None:
         limits = f"{result} is a sweep, whose runs have the limits of its scenario"
         _check_absent(f"it applies to a run, and {limits}", max_wall=max_wall, max_steps=max_steps)
         from frictionsim.cli.studies import run_sweep
 
-        sweep = partial(
-            fs.resume_sweep,
-            file,
-            output=output,
-            no_clobber=no_clobber,
-            workers=workers,
-            dask=dask,
-        )
+        sweep = partial(fs.resume_sweep, file, workers=workers, dask=dask, **files)
         return run_sweep(sweep, str(result), None, as_json, quiet)
     _check_absent(f"it applies to a sweep, and {result} is a run", workers=workers, dask=dask)
-    from frictionsim.io.names import whole_name
-
     incomplete.load_checkpoint()  # raises first if the run cannot be resumed
     runs = _Runs(as_json, quiet)
-    run = partial(
-        fs.resume,
-        incomplete,
-        output=output,
-        no_clobber=no_clobber,
-        max_wall=max_wall,
-        max_steps=max_steps,
-    )
+    run = partial(fs.resume, incomplete, max_wall=max_wall, max_steps=max_steps, **files)
     runs.add(run, incomplete.scenario, str(result), output or whole_name(file))
-    runs.close()
-    return runs.exit_code
+    return runs.close()
 
 
 def _check_absent(reason: str, **options: Any) -> None:
@@ -196,20 +158,13 @@ def _check_absent(reason: str, **options: Any) -> None:
 class _Runs:
     """Runs one after the other, with their output; the exit code is the highest of all.
 
-    Parameters
-    ----------
-    as_json : bool
-        Print JSON instead of tables: an object, or a list of them of several runs.
-    quiet : bool
-        Print no summary and no progress.
-    several : bool
-        There are several scenarios: an error in one skips that one.
+    With `several` an error in one skips that one, and JSON is a list.
     """
 
     def __init__(self, as_json: bool, quiet: bool, several: bool = False) -> None:
         self._as_json, self._quiet, self._several = as_json, quiet, several
         self._objects: list[dict[str, Any]] = []
-        self.exit_code = EXIT_DONE
+        self._exit_code = EXIT_DONE
 
     def add(
         self, run: "Callable[..., fs.Result]", scenario: "Scenario", source: str, whole: Path
@@ -229,7 +184,7 @@ class _Runs:
             if not self._several:
                 raise
             print_error(f"{prefix}{str(error).removeprefix(prefix)}")
-            self.exit_code = max(self.exit_code, error.exit_code)
+            self._exit_code = max(self._exit_code, error.exit_code)
             return False
         warn((one for one in result.warnings if one not in known), prefix)
         if self._as_json:
@@ -241,29 +196,22 @@ class _Runs:
         print_end(result, whole)
         received = monitor.signals.received  # it may have been while the result was written
         code = EXIT_SIGNAL + received if received and self._several else result.exit_code
-        self.exit_code = max(self.exit_code, code)
+        self._exit_code = max(self._exit_code, code)
         return bool(received)
 
-    def close(self) -> None:
-        """Print the JSON."""
+    def close(self) -> int:
+        """Print the JSON; return the exit code."""
         if self._as_json:
             print_beside_files(self._objects if self._several else self._objects[0])
+        return self._exit_code
 
 
-@app.command()
-def check(
-    scenarios: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="SCENARIO",
-            help="Scenarios in TOML, names of shipped ones, or folders.",
-            show_default=False,
-        ),
-    ],
-    overrides: OverridesOption = None,
-    as_json: AsJson = False,
-) -> int:
-    """Validate scenarios without running them."""
+@command
+def check(scenarios: list[str], overrides: OverridesOption = None, as_json: AsJson = False) -> int:
+    """Validate scenarios without running them.
+
+    SCENARIO  Scenarios in TOML, names of shipped ones, or folders; - reads the standard input.
+    """
     check_read_once(scenarios)
     code, reports = EXIT_DONE, []
     for source in scenarios_in(scenarios):
@@ -295,28 +243,27 @@ def check(
     return code
 
 
-@app.command()
+@command
 def static(
     scenario: ScenarioFile, overrides: OverridesOption = None, as_json: AsJson = False
 ) -> None:
-    """Compute the forces and torques of impending motion."""
+    """Compute the forces and torques of impending motion; of a belt its equilibrium."""
+    from frictionsim.api.scenarios import statics_text
+    from frictionsim.results import quantities_json
+
     loaded = load_scenario(scenario, overrides)
     quantities, warnings = fs.static(loaded), loaded.warnings()
-    if as_json:
-        from frictionsim.results import quantities_json
-
-        print_json(
-            {
-                "scenario": scenario,
-                "overrides": loaded.origin.values,
-                "kind": loaded.kind,
-                "quantities": quantities_json(quantities),
-                "notes": list(quantities.notes),
-                "warnings": list(warnings),
-            }
-        )
-    else:
-        from frictionsim.api.scenarios import statics_text
-
+    if not as_json:
         print_text(statics_text(quantities, loaded))
         warn(warnings)
+        return
+    print_json(
+        {
+            "scenario": scenario,
+            "overrides": loaded.origin.values,
+            "kind": loaded.kind,
+            "quantities": quantities_json(quantities),
+            "notes": list(quantities.notes),
+            "warnings": list(warnings),
+        }
+    )

@@ -5,10 +5,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
-from time import monotonic
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 import frictionsim as fs
 from frictionsim.cli.monitor import CommandMonitor, StatusLine, SweepMonitor
@@ -23,8 +20,9 @@ from frictionsim.cli.options import (
     Scheduler,
     Verbose,
     WorkerCount,
-    app,
+    command,
     default_folder,
+    given,
     load_scenario,
     named_by_option,
     stem_of,
@@ -36,104 +34,46 @@ from frictionsim.cli.printing import (
     print_error,
     warn,
 )
-from frictionsim.errors import (
-    EXIT_SIGNAL,
-    InputError,
-    OutputError,
-    counted,
-)
+from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
 
 if TYPE_CHECKING:
     from frictionsim.api.result_base import ResultBase
     from frictionsim.api.sweep_result import Sweep
+    from frictionsim.io.output_file import Kind
 
 # The option for an argument of `fs.fit` that has another name.
 FIT_OPTIONS = {"channels": "channel", "quantities": "quantity", "units": "unit"}
-SECONDS_BETWEEN_UPDATES = 0.2  # of the status line
+SECONDS_BETWEEN_UPDATES = 0.2  # of the number of runs of a fit
 
 
-class StudyFiles(NamedTuple):
-    """The output files of a study; None for those not requested."""
-
-    output: Path | None
-    csv: Path | None
-    plot: Path | None
-
-    def check(self, no_clobber: bool, csv_kind: Any = None) -> None:
-        """Check that the files can be written, before the study runs.
-
-        The output must be a new file.
-        """
-        from frictionsim.io.output_file import (
-            PICTURE,
-            SCENARIO,
-            check_apart,
-            check_free,
-            check_output,
-        )
-
-        options = ("-o", "--csv", "--plot")
-        given = {option: path for option, path in zip(options, self, strict=True) if path}
-        check_apart(given)
-        if no_clobber:
-            for option, path in given.items():
-                check_free(path, {"--csv": csv_kind, "--plot": PICTURE}.get(option, SCENARIO))
-        if self.plot is not None:
-            from frictionsim.plots.style import check_picture
-
-            check_picture(self.plot)
-        if self.output is not None:
-            check_free(self.output, SCENARIO)
-            check_output(self.output, SCENARIO)
-        if self.csv is not None:
-            check_output(self.csv, csv_kind)
-
-
-@app.command()
+@command
 def cost(
     scenario: ScenarioFile,
     overrides: OverridesOption = None,
-    backends: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Backends to use. [all that apply]")
-    ] = None,
-    laws: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Friction laws to use. [all that apply]")
-    ] = None,
-    tolerances: Annotated[
-        str | None,
-        typer.Option(metavar="X,Y", help="Relative tolerances of adaptive backends."),
-    ] = None,
-    bodies: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N,M", help="Belt meshes to compare (numbers of bodies); none: time steps only."
-        ),
-    ] = None,
-    models: Annotated[
-        str | None,
-        typer.Option(metavar="A,B", help="Models of a belt: string, corrected, polygon. [all]"),
-    ] = None,
-    max_wall: Annotated[
-        float | None,
-        typer.Option(metavar="SECONDS", help="Limit the wall time of each run. [5]"),
-    ] = None,
-    repeats: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Maximum number of timed runs of each setting. [3]"),
-    ] = None,
-    csv: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the table as CSV.")
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw error against work: .png, .pdf or .svg."),
-    ] = None,
+    backends: str | None = None,
+    laws: str | None = None,
+    tolerances: str | None = None,
+    bodies: str | None = None,
+    models: str | None = None,
+    max_wall: float | None = None,
+    repeats: int | None = None,
+    csv: Path | None = None,
+    plot: Path | None = None,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> int:
-    """Measure error against run time, by friction law and backend.
+    """Measure error against run time, by friction law, backend and setting.
 
-    Each is run at several settings.
+    --backends A,B      Use these backends. [all that apply]
+    --laws A,B          Use these friction laws. [all that apply]
+    --tolerances X,Y    Use these relative tolerances of adaptive backends. [1e-3,1e-5,...,1e-11]
+    --bodies N,M        Compare belts of these numbers of bodies; none: time steps only. [0.4 to 4
+                        times those of the scenario]
+    --models A,B        Compare these models of a belt: string, corrected, polygon. [all]
+    --max-wall SECONDS  Stop each run after this wall time. [5]
+    --repeats N         Time each setting at most so many times. [3]
+    --csv FILE          Write the table as CSV.
+    --plot FILE         Draw error against work, as .png, .pdf or .svg.
     """
     from frictionsim.api.studies import CostOptions, Study
     from frictionsim.api.studies import study as run_study
@@ -142,46 +82,54 @@ def cost(
 
     log_on_stderr(0)
     loaded = load_scenario(scenario, overrides)
-    files = StudyFiles(None, csv, plot)
     with (
         CommandMonitor(loaded.solver.duration, with_progress=False) as monitor,
         StatusLine() as line,
     ):
         options = CostOptions.among(locals(), progress=line)
-        files.check(no_clobber, COSTS)
+        _check_files({"--csv": (csv, COSTS), "--plot": (plot, PICTURE)}, no_clobber)
         study = Study(loaded.origin, *run_study(loaded, options, monitor))
-    if study.status != "done":  # a whole table of another study stays
+    done = study.status == "done"
+    if not done:  # a whole table of another study stays
         csv, plot = (path and partial_name(path) for path in (csv, plot))
-    _write_and_print(
-        study, {"table": (csv, study.save), "picture": (plot, study.save_picture)}, as_json
-    )
-    if study.status == "done":
+    files = {"table": (csv, study.save_csv), "picture": (plot, study.save_picture)}
+    written = _write_and_print(study, files, as_json)
+    if done:
         for path, kind in ((csv, COSTS), (plot, PICTURE)):
             if path is not None:
                 remove_unfinished(partial_name(path), kind)
     else:
-        print_error(
-            f"study {study.status} {study.reason} of a run; the results cover the settings before"
-        )
+        within = f", in {' and '.join(written)}" if written else ""
+        ended = f"study {study.status} {study.reason} of a run"
+        print_error(f"{ended}; the results cover the settings before{within}")
     return study.exit_code
+
+
+def _check_files(files: "Mapping[str, tuple[Path | None, Kind]]", no_clobber: bool) -> None:
+    """Check, before a study runs, that its files by their options can be written."""
+    from frictionsim.io.output_file import PICTURE, SCENARIO, check_apart, check_free, check_output
+    from frictionsim.plots.style import check_picture
+
+    wanted = {option: (path, kind) for option, (path, kind) in files.items() if path}
+    check_apart({option: path for option, (path, _) in wanted.items()})
+    for path, kind in wanted.values():
+        if no_clobber or kind is SCENARIO:
+            check_free(path, kind)
+        if kind is PICTURE:
+            check_picture(path)
+        else:
+            check_output(path, kind)
 
 
 def _write_and_print(
     result: "ResultBase",
     files: "Mapping[str, tuple[Path | None, Callable[[Path], Any]]]",
     as_json: bool,
-) -> None:
+) -> list[str]:
     """Write the files that are wanted, and print the summary with the names of those written.
 
-    Parameters
-    ----------
-    files : mapping
-        By the word for it, its path, None if it is not wanted, and what writes it.
-
-    Raises
-    ------
-    OutputError
-        If one cannot be written, after all else is done.
+    `files` has, by the word for it, the path of each, None if it is not wanted, and what writes it.
+    OutputError is raised if one cannot be written, after all else is done.
     """
     written: dict[str, str | None] = dict.fromkeys(files)
     errors = []
@@ -192,126 +140,78 @@ def _write_and_print(
                 written[word] = str(path)
             except OutputError as error:
                 errors.append(str(error))
-    named = (f"{word}: {name}" for word, name in written.items() if name)
+    named = {word: name for word, name in written.items() if name}
     # Where files are written, a standard output that cannot be is a warning.
-    show = print_beside_files if any(written.values()) else print_data
-    show(result.to_json() | written if as_json else "\n".join((result.summary(), *named)))
+    show = print_beside_files if named else print_data
+    lines = (f"{word}: {name}" for word, name in named.items())
+    show(result.to_json() | written if as_json else "\n".join((result.summary(), *lines)))
     if errors:
         raise OutputError("\n".join(errors))
+    return list(named.values())
 
 
-@app.command()
+@command
 def fit(
     scenario: ScenarioFile,
-    free: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="KEY=LOW:HIGH[:START]",
-            help="Key to fit, with its bounds; A,B for two keys of equal value. May be repeated.",
-        ),
-    ] = None,
-    data: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Measured data in CSV.", show_default=False)
-    ] = None,
-    channels: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--channel",
-            metavar="NAME[=COLUMN]",
-            help="Measured channel, and its column in the data. May be repeated.",
-        ),
-    ] = None,
-    quantities: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--quantity",
-            metavar="NAME=VALUE",
-            help="Measured quantity; with --over NAME[=COLUMN]. May be repeated.",
-        ),
-    ] = None,
-    over: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="KEY[=COLUMN]",
-            help="Key set by each row of the data, and its column; one run per row. May be"
-            " repeated.",
-        ),
-    ] = None,
+    free: list[str] | None = None,
+    data: Path | None = None,
+    channels: list[str] | None = None,
+    quantities: list[str] | None = None,
+    over: list[str] | None = None,
     overrides: OverridesOption = None,
-    sigma: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE",
-            help="Standard deviation of a channel or quantity, in the unit of the data, or its"
-            " column. [the scatter about the fit] May be repeated.",
-        ),
-    ] = None,
-    units: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--unit",
-            metavar="NAME=UNIT",
-            help="Unit of the data of a channel, e.g. deg/s or rpm. May be repeated.",
-        ),
-    ] = None,
-    time: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="Column of the times. [time, or the first]")
-    ] = None,
-    time_unit: Annotated[
-        str | None, typer.Option(metavar="UNIT", help="Unit of the times, e.g. ms. [s]")
-    ] = None,
-    time_offset: Annotated[
-        float | None,
-        typer.Option(metavar="SECONDS", help="Offset added to the times of the data. [0]"),
-    ] = None,
-    starts: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Number of local searches, from points of a scan. [3]"),
-    ] = None,
-    seed: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Random seed of the scan and of the bootstrap. [0]"),
-    ] = None,
-    bootstrap: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Number of bootstrap resamples for intervals. [0]"),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", help="Write the fitted scenario; a new file."
-        ),
-    ] = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw data, fit and residuals: .png, .pdf or .svg."),
-    ] = None,
+    sigma: list[str] | None = None,
+    units: list[str] | None = None,
+    time: str | None = None,
+    time_unit: str | None = None,
+    time_offset: float | None = None,
+    starts: int | None = None,
+    seed: int | None = None,
+    bootstrap: int | None = None,
+    output: Path | None = None,
+    plot: Path | None = None,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
 ) -> int:
-    """Fit keys of a scenario to measured data, with standard errors."""
-    from frictionsim.api.fitting import fit as fit_scenario
+    """Fit keys of a scenario to measured data, with standard errors.
+
+    --free KEY=LOW:HIGH[:START]  Fit a key within bounds; A,B for two keys of equal value. May be
+                                 repeated. [start: that of the scenario]
+    --data FILE                  Read the measured data from this CSV.
+    --channel NAME[=COLUMN]      Fit to a measured channel, in this column. May be repeated.
+    --quantity NAME=VALUE        Fit to a measured quantity; with --over NAME[=COLUMN]. May be
+                                 repeated.
+    --over KEY[=COLUMN]          Set a key by each row of the data, one run a row. May be repeated.
+    --sigma NAME=VALUE           Take this standard deviation of a channel or quantity, in the unit
+                                 of the data, or that in a column. May be repeated. [the scatter
+                                 about the fit]
+    --unit NAME=UNIT             Take the data of a channel in this unit: deg/s, rpm. May be
+                                 repeated. [that of the heading, or of the channel]
+    --time COLUMN                Take the times from this column. [time, or the first]
+    --time-unit UNIT             Take the times in this unit: ms. [s]
+    --time-offset SECONDS        Add this to the times of the data. [0]
+    --starts N                   Search from so many points of a scan. [3]
+    --seed N                     Draw the scan and the bootstrap from this random seed. [0]
+    --bootstrap N                Fit to so many resamples for intervals, at least 40. [0]
+    -o, --output FILE            Write the fitted scenario, to a new file.
+    --plot FILE                  Draw data, fit and residuals, as .png, .pdf or .svg.
+    """
+    from frictionsim.io.output_file import PICTURE, SCENARIO
     from frictionsim.scenario.options import column_of
 
-    with named_by_option(FIT_OPTIONS), StatusLine() as line:
-        given: dict[str, Any] = {"sigma": sigma, "units": units, "time_unit": time_unit}
-        given |= {"time_offset": time_offset, "starts": starts, "seed": seed}
-        given |= {"bootstrap": bootstrap}
+    with named_by_option(FIT_OPTIONS), StatusLine(SECONDS_BETWEEN_UPDATES) as line:
         loaded = load_scenario(scenario, overrides)
-        StudyFiles(output, None, plot).check(no_clobber)
-        result = fit_scenario(
+        _check_files({"-o": (output, SCENARIO), "--plot": (plot, PICTURE)}, no_clobber)
+        result = fs.fit(
             loaded,
-            data=data,
-            channels=channels or (),
-            quantities=quantities or (),
-            over=over or (),
             free=free or (),
-            time=None if time is None else column_of(time),
-            progress=_Updates(line),
-            **{name: value for name, value in given.items() if value is not None},
+            progress=lambda runs: line(f"{runs} runs"),
+            **given(data=data, channels=channels, quantities=quantities, over=over),
+            **given(sigma=sigma, units=units, time_unit=time_unit, time_offset=time_offset),
+            **given(time=None if time is None else column_of(time)),
+            **given(starts=starts, seed=seed, bootstrap=bootstrap),
         )
-    writers = {"output": (output, result.save_toml), "picture": (plot, result.save_picture)}
-    _write_and_print(result, writers, as_json)
+    files = {"output": (output, result.save_toml), "picture": (plot, result.save_picture)}
+    _write_and_print(result, files, as_json)
     if result.not_identified and not as_json:
         named = ", ".join(result.not_identified)
         keys = counted(len(result.values), "key")
@@ -322,87 +222,49 @@ def fit(
     return result.exit_code
 
 
-class _Updates:
-    """Shows the number of runs of a fit several times per second."""
-
-    def __init__(self, line: StatusLine) -> None:
-        self._line, self._shown = line, 0.0
-
-    def __call__(self, runs: int, /) -> None:
-        if monotonic() - self._shown > SECONDS_BETWEEN_UPDATES:
-            self._shown = monotonic()
-            self._line(f"{runs} runs")
-
-
-@app.command()
+@command
 def sweep(
-    source: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENARIO",
-            help="Scenario or its shipped name, or study with what is varied, in TOML; - reads the"
-            " standard input.",
-            show_default=False,
-        ),
-    ],
-    vary: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--vary",
-            metavar="KEY=VALUES",
-            help="Vary a key, or several keys of equal value (A,B=...): [0.1, 0.2],"
-            " lin(a, b, n), log(a, b, n); with --sample uniform(a, b), normal(m, s),"
-            " lognormal(m, s), triangular(a, c, b). May be repeated.",
-        ),
-    ] = None,
+    source: str,
+    vary: list[str] | None = None,
     overrides: OverridesOption = None,
-    zip: Annotated[
-        bool, typer.Option("--zip", help="Vary the keys together, not in all combinations.")
-    ] = False,
-    sample: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Run a sample of N combinations from distributions."),
-    ] = None,
-    method: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="Sampling method: sobol, lhs or random. [sobol]",
-        ),
-    ] = None,
-    seed: Annotated[
-        int | None, typer.Option(metavar="S", help="Random seed of the sample. [0]")
-    ] = None,
-    indices: Annotated[
-        bool, typer.Option("--indices", help="Sample for Sobol indices: N (keys + 2) runs.")
-    ] = False,
+    zip: bool = False,
+    sample: int | None = None,
+    method: str | None = None,
+    seed: int | None = None,
+    indices: bool = False,
     workers: WorkerCount = None,
     dask: Scheduler = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "-o", "--output", metavar="FILE", help="Sweep in HDF5. [results/<name>-sweep.h5]"
-        ),
-    ] = None,
-    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a table as CSV.")] = None,
-    keep_series: Annotated[
-        bool,
-        typer.Option("--keep-series", help="Save the result of each run in a folder FILE.series."),
-    ] = False,
+    output: Path | None = None,
+    csv: Path | None = None,
+    keep_series: bool = False,
     no_clobber: NoClobber = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> int:
-    """Run many combinations of values and write them to one file."""
+    """Run many combinations of values and write them to one file.
+
+    SCENARIO           Scenario or its shipped name, or study with what is varied, in TOML; - reads
+                       the standard input.
+    --vary KEY=VALUES  Vary a key, or several keys of equal value (A,B=...): [0.1, 0.2],
+                       lin(a, b, n), log(a, b, n); with --sample uniform(a, b), normal(m, s),
+                       lognormal(m, s), triangular(a, c, b). May be repeated.
+    --zip              Vary the keys together, not in all combinations.
+    --sample N         Run a sample of N combinations from distributions.
+    --method NAME      Draw the sample by sobol, lhs or random. [sobol]
+    --seed N           Draw the sample from this random seed. [0]
+    --indices          Run the N (keys + 2) combinations of Sobol indices.
+    -o, --output FILE  Write the sweep to this file. [results/<name>-sweep.h5]
+    --csv FILE         Write a table as CSV.
+    --keep-series      Write the result of each run to the folder FILE.series.
+    """
     from frictionsim.api.sweeping import SweepOptions, study_from
 
     options = SweepOptions.among(locals())
     if output == Path(STDIN):
         raise InputError("-o -: a sweep is written as HDF5, not printed; give a file name")
-    study = study_from(
-        source if source != STDIN else load_scenario(source, overrides), overrides, options
-    )
+    scenario = load_scenario(source, overrides) if source == STDIN else source
+    study = study_from(scenario, overrides, options)
     log_on_stderr(verbose)
     with _target(output, source) as target:
         _check_csv(csv, target, no_clobber, study.options.indices)

@@ -175,13 +175,17 @@ def sample_at(record: "Record", time: float) -> int:
     return int(np.searchsorted(samples, time, side="right")) - 1
 
 
+def check_count(count: int) -> None:
+    """Check that so many results can be drawn into the same panels."""
+    if count > MAX_LINES:
+        raise InputError(
+            f"cannot draw {count} results over each other: {MAX_LINES} are the most that"
+            " can be told apart; give fewer, or run them as a sweep"
+        )
+
+
 def check_several(records: Sequence["Record"], names: Sequence[str]) -> None:
     """Check that results can be drawn into the same panels; `names` are those of their files."""
-    if len(records) > MAX_LINES:
-        raise InputError(
-            f"cannot draw {len(records)} results over each other: {MAX_LINES} are the most that"
-            " can be told apart; give fewer"
-        )
     kind = records[0].attributes["kind"]
     for record, name in zip(records, names, strict=True):
         if record.attributes["kind"] != kind:

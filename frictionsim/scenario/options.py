@@ -5,15 +5,24 @@ Lists and mappings may be given as the texts of the command line: ``"A,B"`` for 
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Annotated, Any, Self
+from functools import cache, wraps
+from inspect import signature
+from typing import Annotated, Any, ParamSpec, Self, TypeVar, get_args, get_origin
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, Field, PlainValidator, create_model, model_validator
 
 from frictionsim.errors import ArgumentError
 from frictionsim.scenario.arguments import as_path as as_path
 from frictionsim.scenario.arguments import text_of as text_of
 from frictionsim.scenario.schema import Params
 from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+WallTime = Annotated[float | None, Field(gt=0, allow_inf_nan=True, json_schema_extra={"unit": "s"})]
+Count = Annotated[int | None, Field(gt=0)]
+Tolerance = Annotated[float, Field(ge=0, allow_inf_nan=True)]
 
 
 class Options(Params):
@@ -50,6 +59,39 @@ class Options(Params):
             raise ArgumentError(str(argument), f"{where}{message}") from None
 
 
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """Have a function check its switches, and the arguments that are limited by their annotations.
+
+    They are keywords. Numbers of NumPy become those of Python, and None stands for the default.
+    ArgumentError is raised if one is not valid.
+    """
+
+    parameters = dict(signature(function).parameters)
+    limited = {
+        name: parameter
+        for name, parameter in parameters.items()
+        if parameter.annotation is bool or get_origin(parameter.annotation) is Annotated
+    }
+
+    @cache  # made by the first call: imports take no time for it
+    def model() -> type[Options]:
+        fields: Any = {name: (one.annotation, one.default) for name, one in limited.items()}
+        return create_model(function.__name__, __base__=Options, **fields)
+
+    @wraps(function)
+    def call(*arguments: P.args, **keywords: P.kwargs) -> R:
+        values = vars(model().among(keywords))
+        return function(*arguments, **(keywords | values))  # type: ignore[arg-type]
+
+    for name, one in limited.items():  # for `help`, without limits
+        bare = (get_args(one.annotation) or (one.annotation,))[0]
+        parameters[name] = one.replace(annotation=bare)
+    call.__signature__ = signature(function).replace(  # type: ignore[attr-defined]
+        parameters=[*parameters.values()]
+    )
+    return call
+
+
 def _plain(value: Any) -> Any:
     if hasattr(value, "item") and getattr(value, "ndim", 1) == 0:
         value = value.item()
@@ -72,7 +114,8 @@ def _names(given: Any) -> tuple[str, ...]:
 
 
 Names = Annotated[tuple[str, ...], BeforeValidator(_names)]
-"""One name, or several."""
+GivenNames = Annotated[str | Iterable[str], PlainValidator(_names)]
+"""One name, or several; the latter of an argument of a function that is `checked`."""
 
 
 def function_of(arguments: str, otherwise: str = "") -> BeforeValidator:

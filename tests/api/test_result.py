@@ -50,19 +50,16 @@ def test_a_dataset_has_units_names_and_meanings(returned: fs.Result) -> None:
 
 
 def assert_like_the_file(result: fs.Result, path: Path) -> None:
-    """Compare datasets with what xarray reads, which is a second way."""
-    result.save(path)
-    with xarray.open_datatree(path, engine="h5netcdf", decode_times=False) as tree:
-        read = tree.to_dataset()
-        assert set(read.variables) == set(result.dataset.variables)
-        for name in read.variables:
-            variable, expected = result.dataset[name], read[name]
-            assert variable.dims == expected.dims, name
-            assert np.array_equal(variable.values, expected.values), name
-            assert variable.dtype == expected.dtype or expected.dtype == object, name
-            assert_attributes(variable.attrs, expected.attrs)
-        attributes = {k: v for k, v in read.attrs.items() if k not in ("format_version",)}
-        assert attributes == {**result.dataset.attrs, "Conventions": attributes["Conventions"]}
+    """Compare datasets, values, types and attributes, with what xarray reads: a second way."""
+    made, path = result.dataset, result.save(path)  # the run was not in a file before
+    read = xarray.load_dataset(path, engine="h5netcdf")
+    for dataset in (made, fs.open(path).dataset):
+        xarray.testing.assert_identical(dataset, read)
+        for name, variable in read.variables.items():
+            assert dataset[name].dtype == variable.dtype, name
+            for key, value in variable.attrs.items():
+                assert type(dataset[name].attrs[key]) is type(value), (name, key)
+    with xarray.open_datatree(path, engine="h5netcdf") as tree:
         if not result.events.sizes["event"]:
             assert "events" not in tree
             return
@@ -86,6 +83,24 @@ def assert_attributes(attributes: dict[Any, Any], expected: dict[Any, Any]) -> N
 @pytest.mark.parametrize("source", ["pulley_return", "epicyclic", "hard/decay"])
 def test_datasets_are_those_that_xarray_reads(source: str, tmp_path: Path) -> None:
     assert_like_the_file(fs.solve(SCENARIOS / f"{source}.toml"), tmp_path / "a.h5")
+
+
+def test_the_dataset_of_an_unfinished_run_is_that_of_its_file(tmp_path: Path) -> None:
+    assert_like_the_file(fs.solve(PULLEY, max_steps=40), tmp_path / "a.h5")
+
+
+@pytest.mark.parametrize("sample", [None, 4])
+def test_the_dataset_of_a_sweep_is_that_of_its_file(sample: int | None, tmp_path: Path) -> None:
+    """One has text for a key, and the others Sobol indices."""
+    varied = {"effects.shaft_friction.mu_s": "uniform(0.2, 0.3)", "mechanism.load": "uniform(1, 2)"}
+    grid = {"effects.shaft_friction.mu_s": [0.2, 0.3], "solver.backend": ["events", "rkf45"]}
+    options = {"workers": 1, "sample": sample, "indices": bool(sample)}
+    swept = fs.sweep(PULLEY, varied if sample else grid, {"solver.duration": 0.1}, **options)
+    path = swept.save(tmp_path / "a.h5")
+    read = xarray.load_dataset(path, engine="h5netcdf")
+    for dataset in (swept.dataset, fs.open_sweep(path).dataset):
+        xarray.testing.assert_identical(dataset, read)
+        assert [v.dtype for v in dataset.values()] == [read[name].dtype for name in dataset]
 
 
 def test_the_data_of_a_dataset_cannot_be_changed() -> None:

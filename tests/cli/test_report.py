@@ -1,6 +1,9 @@
 """`frictionsim report`: its output file and its refusals."""
 
+import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import frictionsim as fs
 from tests.cli.conftest import Run
@@ -29,3 +32,10 @@ def test_a_report_is_written_beside_the_first_result(told: Run, here: Path) -> N
     assert "<h1>Comparison: Pulley on a dry shaft</h1>" in target.read_text(encoding="utf-8")
     fs.report(fs.open(paths[0]), target)
     assert "<h1>Pulley on a dry shaft</h1>" in target.read_text(encoding="utf-8")
+
+
+def test_too_many_results_are_refused_before_any_is_read(cli: Callable[..., Any]) -> None:
+    for command in ("plot", "report"):
+        done = cli(command, *(f"none{number}.h5" for number in range(9)))
+        assert (done.returncode, done.stdout) == (2, "")
+        assert re.search(r"\b9\b.* give fewer, or run them as a sweep", done.stderr)

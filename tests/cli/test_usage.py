@@ -34,6 +34,10 @@ def test_each_command_has_help(command: str, told: Run) -> None:
     assert out.startswith(f"Usage: frictionsim {command} [OPTIONS]")
     assert "-h, --help" in out
     assert err == ""
+    # Placeholders look alike; of what an option does, the default is the last.
+    usage = out.partition("\n")[0].partition("[OPTIONS]")[2]
+    assert re.fullmatch(r"( \{[A-Z]+\}(\.\.\.)?| \[[A-Z]+\])*", usage)
+    assert "] May be repeated" not in " ".join(out.split())
     assert told(command, "-h") == (out, "")
 
 

@@ -149,7 +149,7 @@ def test_a_mesh_that_is_refused_is_a_row_with_the_reason() -> None:
     assert len(refused) == 2
     assert "5 bodies of 0.281 m cannot follow the curve of 'driver'" in refused[0]["reason"]
     assert refused[0]["error"] is None
-    assert len(study.summary().splitlines()) == 5 + 1 + 4 + 3
+    assert f": {refused[0]['reason']}\n" in study.summary()
     assert told["time_references"] == []  # its own mesh is not compared
     study.plot()
 

@@ -229,6 +229,7 @@ def test_an_interrupted_study_shows_its_results(
     assert done.returncode == 130
     assert "error against run time (interrupted)" in done.stdout
     assert done.stderr.startswith("frictionsim: study interrupted by SIGINT at t = ")
+    assert done.stderr.endswith("the results cover the settings before, in table.partial.csv\n")
     table = Path("table.partial.csv").read_text(encoding="utf-8").splitlines()
     assert len(table) >= 1 + rows
     assert (len(table) > 1) == (rows > 0)

@@ -165,8 +165,11 @@ def test_two_processes_do_not_run_one_sweep(tmp_path: Path) -> None:
                 f"{part}: another process is running this sweep now; wait for its end, or stop it"
             )
     assert part.read_bytes() == before
-    with pytest.raises(fs.OutputError, match="this is an interrupted sweep: 'frictionsim resume"):
-        sweep(tmp_path / "s.h5", vary={LOAD: [2000.0]})
+    refusal = f"'frictionsim resume {part}' continues it; give another name, or remove it"
+    differs = rf"\. It differs from what is given in {LOAD}"
+    for vary, end in (({}, ""), ({"vary": {LOAD: [2000.0]}}, differs)):
+        with pytest.raises(fs.OutputError, match=f"this is an interrupted sweep: {refusal}{end}$"):
+            sweep(tmp_path / "s.h5", **vary)
     assert part.read_bytes() == before
 
 
