@@ -25,7 +25,7 @@ CASES: list[tuple[str, dict[str, Any], str, str]] = [
         "pulley_return",
         {"effects.viscous_damping": None, RTOL: 1e-7, "mechanism.load": 2000, MU: 0.25},
         f"set: effects.viscous_damping = none, {RTOL} = 1e-07, mechanism.load = 2000, {MU} = 0.25",
-        "(viscous_damping = none; rtol = 1e-07; load = 2000; 1 more set; backend events)",
+        "(viscous_damping = none; rtol = 1e-07; load = 2000 N; 1 more set; backend events)",
     ),
 ]
 

@@ -127,8 +127,7 @@ def bending_capstan(both: float) -> float:
 @by_both
 def test_warns_of_a_slack_belt(backend: str) -> None:
     done = outcome("belt_slack", backend)
-    assert "goes slack at t = " in done.warnings[0]
-    assert "chaotic" in done.warnings[0]
+    assert any("goes slack at t = " in w and "chaotic" in w for w in done.warnings)
 
 
 @by_both
