@@ -54,7 +54,8 @@ def test_overrides_are_in_summary_show_picture_and_report(
     told("report", "b.h5")
     page = Path("b.html").read_text()
     head = page[page.index("<header>") : page.index("</header>")]
-    assert line.removeprefix("set: ").replace('"', "&quot;") in head.replace("&#34;", "&quot;")
+    shown = line.removeprefix("set: ").replace("load = 2000", "load = 2000 N")
+    assert shown.replace('"', "&quot;") in head.replace("&#34;", "&quot;")
 
 
 def test_without_overrides_nothing_is_said_of_them(told: Told) -> None:
