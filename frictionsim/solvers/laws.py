@@ -21,7 +21,7 @@ References
    2018, 8871-8881, eq 30.
 """
 
-from math import inf
+from math import inf, ulp
 from typing import Any
 
 from frictionsim.errors import Chattering
@@ -203,7 +203,8 @@ class SetValued(Law):
 
         if excess(a) > 0.0 or excess(b) <= 0.0:
             return a, a
-        return bracket_root(excess, a, b)
+        held, t = bracket_root(excess, a, b, ulp(b))  # near zero times have digits beyond a step's
+        return (a, a) if held == a else (held, t)
 
     def _rest(self, step: Any, mode: int) -> float:
         """Return the time at which the velocity became zero in a step, s."""
