@@ -150,8 +150,8 @@ def test_breakaway_from_an_exact_balance_is_at_the_start(backend: str) -> None:
     assert done.transitions[0].time == done.quantities["breakaway_time"].value == 0.0
 
 
-def test_a_bouncing_body_comes_to_rest_at_the_closed_form_time(backend: str) -> None:
-    done = outcome("bouncing_body", backend)
+def test_a_bouncing_body_comes_to_rest_at_the_closed_form_time() -> None:
+    done = outcome("bouncing_body", "events")
     friction = 0.01 * 0.15 / sqrt(1.0 + 0.15**2) * (20.0 + 2.0 * 9.81)  # r_k R
     up, down = (20.0 * 0.05 + friction) / 0.05, (20.0 * 0.05 - friction) / 0.05
     time = sqrt(pi / down)  # a fall of pi/2
@@ -172,8 +172,8 @@ def test_a_bouncing_body_comes_to_rest_at_the_closed_form_time(backend: str) -> 
     assert not np.any(done.channels["friction_torque"][resting])
 
 
-def test_a_body_leaves_its_stop_when_the_load_passes_through_zero(backend: str) -> None:
-    done = outcome("stop_load_through_zero", backend)
+def test_a_body_leaves_its_stop_when_the_load_passes_through_zero() -> None:
+    done = outcome("stop_load_through_zero", "events")
     # Torque, load and friction have one sine as a factor: q'' = -c cos(w t).
     omega = 0.5 * pi
     c = 50.0 * (0.1 - 0.02 * 0.2 / sqrt(1.0 + 0.2**2)) / 2.0
