@@ -210,7 +210,8 @@ def _header(path: Path, rows: list[Row], names: list[str]) -> int:
         bare_names = [heading(cell).name for cell in row.cells]
         if {*row.cells, *bare_names}.issuperset(names):
             return number
-        if len(row.cells) > len(known) and not any(map(_is_number, row.cells)):
+        named = sum(map(bool, row.cells))  # above it may stand a title, with empty cells behind
+        if named > sum(map(bool, known)) and not any(map(_is_number, row.cells)):
             likely, known = row, bare_names
     if not known:
         raise NoSuchColumn(

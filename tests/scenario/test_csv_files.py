@@ -238,6 +238,13 @@ def test_a_line_of_more_cells_than_the_header_is_refused(
         signal_of(text, tmp_path, time="t", value="F")
 
 
+@pytest.mark.parametrize("title", ["Run 3;;\n", "Run 3;;;\n\n", "Log;of;\n"])
+def test_a_title_with_empty_cells_is_not_taken_for_the_header(title: str, tmp_path: Path) -> None:
+    text = title + "t [ms];F [kN];v\n0;1,5;2\n10;1,6;2\n"
+    with pytest.raises(fs.ScenarioError, match=r"unknown column 'Fo' .*'F'"):
+        signal_of(text, tmp_path, time="t", value="Fo")
+
+
 @pytest.mark.parametrize(
     ("key", "suggested"),
     [
