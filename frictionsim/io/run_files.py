@@ -58,10 +58,11 @@ class RunFiles:
         warn_of_name(self.whole)
         self._before = _attributes_in(self.whole)
         if not self._is_own and os.path.lexists(self.partial):
+            way = f"; 'frictionsim resume {self.partial}' would continue it"
             LOG.warning(
                 "%s, the unfinished result of an earlier run, is replaced by this run, at the"
-                " latest at its end; 'frictionsim resume %s' would continue it",
-                *(self.partial, self.partial),
+                " latest at its end%s",
+                *(self.partial, way if _has_checkpoint(self.partial) else ""),
             )
 
     def write(self, run: "Record") -> Path | None:
@@ -141,6 +142,13 @@ def _attributes_in(path: Path) -> dict[str, str]:
             with opened(path) as file:
                 return {name: str(value) for name, value in file.attrs.items()}
     return {}
+
+
+def _has_checkpoint(path: Path) -> bool:
+    """Return whether a result can be resumed, or cannot be read."""
+    with suppress(InputError), opened(path) as file:
+        return "checkpoint" in file
+    return True
 
 
 def _changes(differing: Mapping[str, list[Any]]) -> str:

@@ -1,23 +1,24 @@
 """Loading of scenarios: from TOML or a dict, and overrides, to a validated model."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from os import PathLike
 from os.path import isdir
 from pathlib import Path
-from re import search
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError, near_files
 from frictionsim.results import HDF5_SIGNATURE
 from frictionsim.scenario.kinds import kind_names, mechanism_module
+from frictionsim.scenario.model_fields import unknown_key
 from frictionsim.scenario.origin import Origin, origin_of
-from frictionsim.scenario.overrides import Overrides, apply_overrides
+from frictionsim.scenario.overrides import REMOVED_TEXT, Overrides, apply_overrides
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import near_shipped, scenario_file
 from frictionsim.scenario.toml_data import (
     KeyPath,
     NoUsableText,
     key_lines,
+    number_hint,
     plain,
     read_text,
     tables_and_keys,
@@ -32,12 +33,6 @@ from frictionsim.scenario.validation import (
 )
 
 __all__ = ["ValidationFailure", "load", "loads", "validate"]
-
-# What is meant by lines that TOML does not take.
-NUMBER_HINTS = {
-    r"=\s*[+-]?\d+,\d+\s*(#|$)": "; the decimal mark of TOML is a point, as in 450.0",
-    r"[=\[,]\s*[+-]?0\d": "; a number of TOML has no zero in front, as in 8.0",
-}
 
 ScenarioSource = str | PathLike[str] | Mapping[str, Any]
 
@@ -203,7 +198,8 @@ def _validated(
         more, text = apply_overrides(data, {"solver.backend": backend}, "--backend")
         options, texts = options | more, texts + text
     try:
-        return validate(data, folder).with_origin(Origin(name, texts))
+        scenario = validate(data, folder).with_origin(Origin(name, texts))
+        _check_removed(type(scenario), next(iter(options.values()), ""), texts)
     except ValidationFailure as failure:
         lines = key_lines(source) if isinstance(source, str) else source
         placed = []
@@ -214,6 +210,15 @@ def _validated(
             placed.append((line, f"{where}: {key_text(key)}: {message}"))
         faults = [text for _, text in sorted(placed, key=lambda fault: fault[0])]
         raise ScenarioError(faults) from None
+    return scenario
+
+
+def _check_removed(model: type[Scenario], option: str, texts: Iterable[str]) -> None:
+    """Check that the keys which are taken out are known: what is not there is not validated."""
+    removed = [text.rpartition("=")[0] for text in texts if text.endswith(f"={REMOVED_TEXT}")]
+    faults = [f"{option}: {key}: {f}" for key in removed if (f := unknown_key(model, key))]
+    if faults:
+        raise ScenarioError(faults)
 
 
 def _read(path: Path) -> str:
@@ -259,7 +264,7 @@ def _syntax_fault(text: str, error: str) -> str:
     if not message or not number.isdecimal():
         return f": not valid TOML: {error}"
     line = text.split("\n")[int(number) - 1].strip()
-    hint = next((hint for form, hint in NUMBER_HINTS.items() if search(form, line)), "")
+    hint = number_hint(line)
     return f":{number}: not valid TOML: {message}, in '{line[:MAX_KEY_LENGTH]}'{hint}"
 
 

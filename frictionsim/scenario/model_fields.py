@@ -6,6 +6,8 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from frictionsim.errors import unknown
+
 PURE_NUMBER = "1"
 
 # Described last: how a scenario is solved comes after what it is.
@@ -115,6 +117,19 @@ def fields_of_key(model: type[BaseModel], key: str) -> list[FieldInfo]:
     """Return the fields that a key with dots may be of; see `fields_along`."""
     levels = fields_along(model, key)
     return levels[-1] if levels else []
+
+
+def unknown_key(model: type[BaseModel], key: str) -> str:
+    """Return what is wrong with a key with dots that a model does not have; empty if it has it."""
+    parts = key.split(".")
+    for count in range(1, len(parts) + 1):
+        levels = fields_along(model, ".".join(parts[:count]))
+        if levels and not levels[-1]:
+            fields = levels[-2] if len(levels) > 1 else []
+            above = [m for f in fields for m in models_in(f.annotation)] or [model]
+            known = [name for one in above for name in key_names(one)]
+            return unknown("key", parts[count - 1], known)
+    return ""
 
 
 def names_in(key: str) -> list[str]:

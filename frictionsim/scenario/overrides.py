@@ -1,10 +1,10 @@
 """Overrides of single keys of a scenario: texts as for --set, or a mapping of keys to values."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError
-from frictionsim.scenario.toml_data import KeyPath, parsed_value, plain, toml_value
+from frictionsim.scenario.toml_data import KeyPath, number_hint, parsed_value, plain, toml_value
 
 Overrides = Mapping[str, Any] | Iterable[str]
 """Values by key, as {"solver.rtol": 1e-9}; or texts KEY=VALUE with VALUE in TOML."""
@@ -23,20 +23,23 @@ def apply_overrides(
     Returns, for messages, where each override came from by the path of its key: --set, or what a
     `mapping` is called; and the overrides as texts KEY=VALUE.
     """
-    paths, texts = {}, []
-    for key, value, option, where in _entries(overrides, mapping):
-        paths[_set(data, key, value, where)] = option
-        texts.append(f"{key.strip()}={override_text(value)}")
+    paths, texts, faults = {}, [], list[str]()
+    for entry in _texts_or_items(overrides):
+        try:
+            key, value, option, where = _entry(entry, mapping)
+            paths[_set(data, key, value, where)] = option
+            texts.append(f"{key.strip()}={override_text(value)}")
+        except ScenarioError as error:
+            faults += error.faults
+    if faults:
+        raise ScenarioError(faults)
     return paths, tuple(texts)
 
 
-def _entries(overrides: Overrides, mapping: str) -> Iterator[tuple[str, Any, str, str]]:
-    """Yield key, value, option and the place for a message of each override."""
+def _texts_or_items(overrides: Overrides) -> list[Any]:
+    """Return the items of a mapping, or the texts."""
     if isinstance(overrides, Mapping):
-        for key, value in overrides.items():
-            where = f"{mapping}: {key}"
-            yield str(key), value if value is REMOVED else plain(value, where), mapping, where
-        return
+        return list(overrides.items())
     several = isinstance(overrides, Iterable) and not isinstance(overrides, str)
     for text in overrides if several else [overrides]:
         if not several or not isinstance(text, str):
@@ -44,11 +47,20 @@ def _entries(overrides: Overrides, mapping: str) -> Iterator[tuple[str, Any, str
                 'overrides: expected a mapping as {"solver.rtol": 1e-9}, or texts KEY=VALUE, got'
                 f" {text!r}"
             )
-        key, equals, value = text.partition("=")
-        where = f"{BY_TEXT} {text}"
-        if not equals or not all(part.strip() for part in key.split(".")):
-            raise ScenarioError([f"{where}: expected KEY=VALUE, as in solver.rtol=1e-9"])
-        yield key, _parsed(where, value.strip()), BY_TEXT, where
+    return list(overrides)
+
+
+def _entry(entry: Any, mapping: str) -> tuple[str, Any, str, str]:
+    """Return key, value, option and the place for a message of an override."""
+    if not isinstance(entry, str):
+        key, value = entry
+        where = f"{mapping}: {key}"
+        return str(key), value if value is REMOVED else plain(value, where), mapping, where
+    key, equals, value = entry.partition("=")
+    where = f"{BY_TEXT} {entry}"
+    if not equals or not all(part.strip() for part in key.split(".")):
+        raise ScenarioError([f"{where}: expected KEY=VALUE, as in solver.rtol=1e-9"])
+    return key, _parsed(where, value.strip()), BY_TEXT, where
 
 
 def override_text(value: Any) -> str:
@@ -130,6 +142,7 @@ def _parsed(where: str, text: str) -> Any:
             return REMOVED
         if _is_bare_word(text):
             return text
+        hint = number_hint(text)
         raise ScenarioError(
-            [f"{where}: '{text}' is not a TOML value (number, true, [1, 2], \"text\")"]
+            [f"{where}: '{text}' is not a TOML value (number, true, [1, 2], \"text\"){hint}"]
         ) from None

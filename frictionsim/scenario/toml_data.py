@@ -28,6 +28,12 @@ _LONG_KEY = re.compile(rf"(?:{_PART}){{{MAX_PARTS}}}")
 LONG_STATEMENT = 100
 CLOSINGS = ("]", "}", '"', "'")
 
+# What is meant by lines that TOML does not take.
+NUMBER_HINTS = {
+    r"(^|=)\s*[+-]?\d+,\d+\s*(#|$)": "; the decimal mark of TOML is a point, as in 450.0",
+    r"(^|[=\[,])\s*[+-]?0\d": "; a number of TOML has no zero in front, as in 8.0",
+}
+
 
 class NoUsableText(ValueError):
     """A text that is too large or too deep, or has a number out of range."""
@@ -70,6 +76,11 @@ def parsed_value(text: str) -> Any:
     if len(data) != 1:  # the text has further lines with keys
         raise ValueError("more than one value")
     return data["value"]
+
+
+def number_hint(text: str) -> str:
+    """Return what is meant by a line, or a value, that TOML does not take; empty if unknown."""
+    return next((hint for form, hint in NUMBER_HINTS.items() if re.search(form, text)), "")
 
 
 def key_lines(text: str) -> dict[KeyPath, int]:

@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from frictionsim.errors import InputError, ScenarioError
-from frictionsim.scenario.model_fields import expanded
+from frictionsim.scenario.model_fields import expanded, unknown_key
 from frictionsim.scenario.overrides import REMOVED, REMOVED_TEXT, apply_overrides
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import plain, toml_value
@@ -76,6 +76,9 @@ class Combinations:
             key: REMOVED if values[number] == REMOVED_TEXT else values[number]
             for key, number in self._numbers.items()
         }
+        for key in (key for key, value in overrides.items() if value is REMOVED):
+            if fault := unknown_key(type(self.base), key):
+                raise InputError(f"vary: {key}: {fault}")
         data = _copied(self._data)
         try:
             apply_overrides(data, overrides)

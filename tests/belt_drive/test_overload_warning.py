@@ -71,13 +71,13 @@ def test_the_limit_is_that_of_static_whose_length_gives_the_pretension() -> None
     limit = rest["torque_limit_driver"].value
     assert overloads({**length, TORQUE: 0.999 * limit}) == []
     (warning,) = overloads({**length, TORQUE: 1.001 * limit})
-    assert f"is above {limit:.4g} N m, what friction balances at a pretension of 555 N" in warning
+    assert f"is beyond {limit:.4g} N m, what friction balances at a pretension of 555 N" in warning
 
 
 def test_a_pulley_has_its_own_friction_and_a_load_is_told_too() -> None:
     own = {"effects.belt_friction.pulleys.driven": {"mu_s": 0.1, "mu_k": 0.1}}
     (warning,) = overloads({**own, TORQUE: 10.0, "drive.driven.torque": -10.0})
-    assert warning.startswith("drive.driven.torque = -10 N m is above ")
+    assert warning.startswith("drive.driven.torque = -10 N m is beyond ")
     assert overloads({"effects.belt_friction": None, TORQUE: 60.0}) == []
 
 

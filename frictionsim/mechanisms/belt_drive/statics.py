@@ -76,7 +76,7 @@ def overloads(scenario: "BeltDriveScenario") -> Iterator[str]:
         limit = _torque_limit(tension, pulley.radius, mu * abs(arc.wrap_angle))
         if abs(torque) > limit:
             yield (
-                f"drive.{pulley.name}.torque = {torque:g} N m is above {limit:.4g} N m, what"
+                f"drive.{pulley.name}.torque = {torque:g} N m is beyond {limit:.4g} N m, what"
                 f" friction balances at a pretension of {tension:.4g} N: no load keeps the speed"
                 f" steady without slip of the whole belt on '{pulley.name}'; give less torque, or"
                 " more pretension, friction or arc"

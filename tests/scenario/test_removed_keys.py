@@ -1,0 +1,55 @@
+"""Keys that are taken out by `none` have to be known, though what is not there is not validated."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+import frictionsim as fs
+
+Told = Callable[..., tuple[str, str]]
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("effects.shaft_fricton", "(did you mean 'shaft_friction'?)"),
+        ("efects", "(did you mean 'effects'?)"),
+        ("solver.durration", "(did you mean 'duration'?)"),
+        ("effects.viscous_damping.coeff", "(did you mean 'coefficient'?)"),
+        ("nope", "; known: kind, title, solver, output, mechanism, drive, effects"),
+    ],
+)
+def test_an_unknown_key_is_not_taken_out_in_silence(key: str, said: str, told: Told) -> None:
+    wanted = f"{key}: unknown key '{key.rpartition('.')[2]}'"
+    _, stderr = told("check", "pulley", "--set", f"{key}=none", code=2)
+    assert stderr == f"frictionsim: --set: {wanted}{'' if said[0] == ';' else ' '}{said}\n"
+    for run in (
+        lambda: fs.load("pulley", {key: None}),
+        lambda: fs.sweep("pulley", {key: ["none"]}),
+    ):
+        with pytest.raises(fs.FrictionsimError) as raised:
+            run()
+        assert wanted in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides"),
+    [
+        ("pulley", {"effects.viscous_damping": None, "effects.hanging_masses": None}),
+        ("belt_drive", {"effects.patch": None, "effects.belt_friction.pulleys.driver": None}),
+        ("belt_drive", {"drive.driven": None, "solver.step": None}),
+    ],
+)
+def test_known_keys_are_taken_out_where_they_are_not(name: str, overrides: dict[str, Any]) -> None:
+    fs.load(name, overrides)
+
+
+def test_all_faults_of_overrides_are_told(told: Told) -> None:
+    given = [
+        part for text in ("drive.force=450,0", "solver.duration=08.0") for part in ("--set", text)
+    ]
+    _, stderr = told("check", "pulley", *given, code=2)
+    first, second = stderr.splitlines()
+    assert first.endswith("the decimal mark of TOML is a point, as in 450.0")
+    assert second.endswith("a number of TOML has no zero in front, as in 8.0")
