@@ -104,19 +104,24 @@ def test_it_is_stable_at_the_default_step_and_its_energies_add_up() -> None:
     assert done.checks["energy_balance"].ok
 
 
-def test_a_violent_overload_keeps_its_energy_whatever_the_damping() -> None:
+@pytest.mark.parametrize(
+    # N s/m: 4 b h/m is some 150 and 800 of 150 bodies, 1500 of few
+    ("bodies", "coefficient"),
+    [(150, 1e4), (150, 6e4), (60, 1.2e5), (40, 1.2e5)],
+)
+def test_a_violent_overload_keeps_its_energy(bodies: int, coefficient: float) -> None:
     """Dampers that pull harder than the springs stiffen the joints across: steps heed that."""
-    for coefficient in (1e4, 6e4):  # N s/m: 4 b h/m is some 150 and 800
-        done = simulate(
-            shipped(
-                "belt_drive",
-                drive__driver__torque={"time": [0.0, 2e-3], "value": [0.0, -30.0]},
-                effects__belt_friction={"mu_s": 0.4, "mu_k": 0.4},
-                effects__axial_damping__coefficient=coefficient,
-                solver__duration=4e-3,
-                output__interval=1e-4,
-            )
+    done = simulate(
+        shipped(
+            "belt_drive",
+            mechanism__belt__bodies=bodies,
+            drive__driver__torque={"time": [0.0, 2e-3], "value": [0.0, -30.0]},
+            effects__belt_friction={"mu_s": 0.4, "mu_k": 0.4},
+            effects__axial_damping__coefficient=coefficient,
+            solver__duration=8e-3,
+            output__interval=1e-4,
         )
-        # 3e-5 measured, of the little energy that there is at first; with steps for the waves
-        # alone it was 0.03 and 0.3.
-        assert done.checks["energy_balance"].value < 1e-4
+    )
+    # 1e-5 to 1e-4 measured, of the little energy that there is at first; with steps for the waves
+    # alone it was 0.03 to 0.3, with 0.7 of the longest up to 0.17 at 40 bodies.
+    assert done.checks["energy_balance"].value < 3e-4
