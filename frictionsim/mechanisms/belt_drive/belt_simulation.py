@@ -149,7 +149,8 @@ class BeltDrive:
     def observe(self) -> SimulationResult:
         """Return the samples so far, with the quantities and checks that follow from them."""
         result = self._observer.observe()
-        return result._replace(warnings=(*result.warnings, *self._warnings))
+        warnings = (*result.warnings, *self._warnings, *self._stepper.warnings)
+        return result._replace(warnings=warnings)
 
 
 def stepper_of(scenario: "BeltDriveScenario", belt: Belt, rest: Rest, start: Array) -> Any:

@@ -106,9 +106,9 @@ SEARCH_INTERVAL = 16  # steps from one search for bodies near pulleys to the nex
 BLOCK_PASSES, MAX_PASSES = 10, 1000
 TENSION_TOLERANCE = 1e-8  # of a correction of the tensions on a line, over their mean
 
-# The numbers in `counts`: steps; passes of those that solve for dampers, and how many steps ended
-# with another sticking set than their dampers were solved for with.
-STEPS, PASSES, UNSETTLED = range(3)
+# The numbers in `counts`: steps, and how many of them ended with another sticking set than their
+# dampers were solved for with.
+STEPS, UNSETTLED = range(2)
 
 
 class Steps(NamedTuple):
@@ -122,8 +122,8 @@ class Steps(NamedTuple):
         The kinematics in the middle of the next step; it starts with them.
     acc : (rows/2, width)
         Accelerations.
-    counts : (3,)
-        STEPS, PASSES, UNSETTLED.
+    counts : (2,)
+        STEPS, UNSETTLED.
     """
 
     y_old: Array
@@ -835,7 +835,6 @@ def solve_dampers(
     copy(d.impulse, d.used)
     for number in range(MAX_PASSES + 1):
         if number > 0:
-            s.counts[PASSES] += 1
             gather_contacts(b, d)
             rim_columns(b, d)
             eliminate(b.n, 2.0 / (h * axial), 1.0 / b.mass, d)
@@ -1246,7 +1245,7 @@ class MoreauStepper:
             aligned(belt.size),
             aligned(rows, belt.width),
             aligned(rows // 2, belt.width),
-            np.zeros(3, dtype=np.int64),
+            np.zeros(2, dtype=np.int64),
         )
         self._state.y_old[:] = self._state.y[:] = state
         self._dampers = dampers_of(belt) if stiff else None
@@ -1261,6 +1260,17 @@ class MoreauStepper:
         """Steps, rejected steps, right-hand sides."""
         steps = int(self._state.counts[STEPS])
         return steps, 0, steps
+
+    @property
+    def warnings(self) -> list[str]:
+        """What steps did not solve for to the end."""
+        unsettled = int(self._state.counts[UNSETTLED])
+        if not unsettled:
+            return []
+        return [
+            f"in {unsettled} of {self._state.counts[STEPS]} steps friction and the stiff dampers"
+            f" along the belt did not settle; give solver.step = {0.5 * self._plan.h:.2g} and compare"
+        ]
 
     def start(self) -> None:
         """Search for bodies near pulleys, and write the forces at rest."""

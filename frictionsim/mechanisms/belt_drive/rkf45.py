@@ -305,6 +305,7 @@ class RKF45Stepper:
 
     force_per_impulse = 1.0  # contacts hold forces, N
     compile_seconds = COMPILE_SECONDS
+    warnings: tuple[str, ...] = ()  # it solves to the end, or fails
 
     def __init__(
         self,
