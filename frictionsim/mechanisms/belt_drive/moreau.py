@@ -1269,7 +1269,7 @@ class MoreauStepper:
             return []
         return [
             f"in {unsettled} of {self._state.counts[STEPS]} steps friction and the stiff dampers"
-            f" along the belt did not settle; give solver.step = {0.5 * self._plan.h:.2g} and compare"
+            f" along the belt did not settle; compare with solver.step = {0.5 * self._plan.h:.2g}"
         ]
 
     def start(self) -> None:
