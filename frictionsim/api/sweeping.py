@@ -1,5 +1,6 @@
 """Sweeps from Python: a scenario at many combinations of values, in workers and files."""
 
+import logging
 import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, closing, nullcontext, suppress
@@ -32,7 +33,7 @@ from frictionsim.io.names import (
     whole_name,
 )
 from frictionsim.io.output_file import SWEEP, UNFINISHED_SWEEP, check_output
-from frictionsim.io.result_reader import is_unfinished_sweep
+from frictionsim.io.result_reader import is_unfinished_sweep, opened
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.sweep_journal import SweepJournal, read_unfinished
 from frictionsim.io.sweep_table import FAILED, RunBlock, SweepHeader
@@ -73,6 +74,8 @@ from frictionsim.version import __version__
 
 if TYPE_CHECKING:
     from frictionsim.scenario.overrides import Overrides
+
+LOG = logging.getLogger(__name__)
 
 
 OnProgress = Annotated[
@@ -307,18 +310,31 @@ def _check_files(whole: Path, resumed: Path | None, no_clobber: bool, study: str
         except OutputError as error:
             raise OutputError(f"{error}{_difference(unfinished, study)}") from None
     warn_of_name(whole)
+    with suppress(InputError, KeyError):  # the earlier file may be anything
+        if resumed is None and whole.is_file():
+            with opened(whole) as file:
+                keys = _differing(str(file.attrs["study"]), study)
+            if keys:
+                note = {"note": True}
+                LOG.warning(
+                    "%s is a sweep of other values (%s), and replaced", whole, keys, extra=note
+                )
 
 
 def _difference(unfinished: Path, study: str) -> str:
     """Return the end of a message: the keys in which an unfinished sweep differs from a study."""
     try:
-        other = read_unfinished(unfinished).header.attributes["study"]
+        keys = _differing(read_unfinished(unfinished).header.attributes["study"], study)
     except InputError:  # damaged, or another process is at its beginning
         return ""
+    return f". It differs from what is given in {keys}" if keys else ""
+
+
+def _differing(other: str, study: str) -> str:
+    """Return the keys in which two studies in TOML differ."""
     of, given = (dict(keys_and_values(loads(text), lists="whole")) for text in (other, study))
     keys = [key for key in sorted({*of, *given}) if of.get(key) != given.get(key)]
-    names = [key.removeprefix("vary.").removeprefix("study.scenario.") for key in keys]
-    return f". It differs from what is given in {', '.join(names)}" if names else ""
+    return ", ".join(key.removeprefix("vary.").removeprefix("study.scenario.") for key in keys)
 
 
 def _series_of(whole: Path) -> Path:

@@ -61,7 +61,7 @@ def mechanism_module(kind: str) -> ModuleType:
     plugin = f"the plug-in of the kind '{kind}' (module {point.value} of {package})"
     try:
         module = import_module(point.value)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError(
             f"{plugin} cannot be imported: {type(error).__name__}: {error}; repair or uninstall"
             f' {package} (python -c "import {point.value}" shows where it fails)'

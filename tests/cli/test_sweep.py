@@ -132,3 +132,11 @@ def test_the_program_ends_its_workers(here: Path) -> None:
             return
         time.sleep(0.05)
     pytest.fail("a worker goes on without its parent")
+
+
+def test_a_sweep_of_other_values_is_said_to_be_replaced(told: Run, here: Path) -> None:
+    for values, said in (("1500,2000", ""), ("1500,2000", ""), ("1500,2500", "mechanism.load")):
+        vary = f"mechanism.load=[{values}]"
+        _, stderr = told("sweep", SCENARIOS / "pulley.toml", "--vary", vary, "-o", "s.h5")
+        note = f"frictionsim: note: s.h5 is a sweep of other values ({said}), and replaced\n"
+        assert stderr == (note if said else "")
