@@ -115,6 +115,9 @@ def read_columns(
     names = [column for column in wanted if isinstance(column, str)]
     header = _header(path, rows[:MAX_HEAD], names) if names else -1
     places = {c: c - 1 if isinstance(c, int) else rows[header].column(c) for c in wanted}
+    most = max((len(row.cells) for row in rows), default=0)
+    if over := [c for c in wanted if isinstance(c, int) and c > most]:
+        raise InputError(f"'{path}' has {most} columns, and no number {over[0]}")
     first = header + 1
     while first < len(rows) and not any(_is_number(rows[first].cell(i)) for i in places.values()):
         first += 1
@@ -146,7 +149,7 @@ def read_columns(
                 values.append(nan)
             else:
                 name = f" ('{column}')" * isinstance(column, str)
-                mark = f"; the decimal mark is '{decimal}' here" * bool(re.search("[.,]", cell))
+                mark = f"; the decimal mark is '{decimal}' here: give decimal if not" * bool(re.search("[.,]", cell))
                 raise InputError(
                     f"{row.where}: expected a finite number in column {place + 1}{name}, got"
                     f" '{cell[:MAX_TEXT]}'{mark}"

@@ -342,3 +342,8 @@ def test_a_heading_with_a_comma_is_named_with_or_without_its_unit(
     }
     result = fs.solve(fs.load(tables, folder=tmp_path))
     assert float(result.dataset["angular_velocity"][-1]) == pytest.approx(2.0, rel=1e-9)
+
+
+def test_a_column_beyond_the_last_is_told(tmp_path: Path) -> None:
+    with pytest.raises(fs.ScenarioError, match="has 2 columns, and no number 3"):
+        signal_of("t,F\n0,1\n1,2\n", tmp_path, time=1, value=3)
