@@ -149,7 +149,8 @@ def read_columns(
                 values.append(nan)
             else:
                 name = f" ('{column}')" * isinstance(column, str)
-                mark = f"; the decimal mark is '{decimal}' here: give decimal if not" * bool(re.search("[.,]", cell))
+                hint = f"; the decimal mark is '{decimal}' here: give decimal if not"
+                mark = hint if re.search("[.,]", cell) else ""
                 raise InputError(
                     f"{row.where}: expected a finite number in column {place + 1}{name}, got"
                     f" '{cell[:MAX_TEXT]}'{mark}"
