@@ -15,7 +15,7 @@ from frictionsim.display import (
 )
 from frictionsim.document import Block, Cell, Table
 from frictionsim.errors import InputError
-from frictionsim.motion import Motion, motion_of, motions_compared
+from frictionsim.motion import motion_of, motions_compared
 from frictionsim.reports.charts import figure_of, panels_of, thinned, undrawn
 from frictionsim.reports.drawing import Drawing
 from frictionsim.reports.html import Html, escaped, folded, html, listed, section, table
@@ -25,6 +25,7 @@ from frictionsim.scenario.kinds import unit_of
 from frictionsim.simulation.record import event_labels
 
 if TYPE_CHECKING:
+    from frictionsim.motion.parts import Motion
     from frictionsim.reports.run_tables import ReportedRun
     from frictionsim.results import Transition
 
@@ -103,7 +104,8 @@ def _drawings(runs: "Sequence[ReportedRun]") -> tuple[str, list[dict[str, Any]]]
     """Return the drawings with the table beside them, and their frames."""
     figures, frames, rows = "", [], dict[str, list[str]]()
     samples: dict[str, Html] = {}
-    motions, reasons = list[Motion | None](), list[str]()
+    motions: list[Motion | None] = []
+    reasons: list[str] = []
     for run in runs:
         reason = f"There is no drawing of the kind {run.attribute('kind')}."
         try:
