@@ -174,7 +174,7 @@ OTHERS = [
         "an epicyclic gear in motion",
         (
             "frictionsim solve scenarios/epicyclic.toml",
-            "frictionsim plot results/epicyclic.h5 --fps 10",
+            "frictionsim plot results/epicyclic.h5 --fps 9",
         ),
     ),
     Picture(
