@@ -57,6 +57,9 @@ def test_a_report_plays_seeks_marks_events_zooms_and_prints(
         titles = page.evaluate(BUTTONS)
         assert any("Download" in title for title in titles)  # the bar of buttons is there
         assert not [t for t in titles if any(w in t.lower() for w in ("share", "cloud", "studio"))]
+        numbers = page.locator("[class$='tick'] text").all_text_contents()
+        assert numbers
+        assert not any("," in number for number in numbers)  # as in tables
         assert page.locator(".modebar--hover").count() == page.locator(".modebar").count() > 0
         page.click("#play")
         wait_until(page, f"frictionsim.time > {float(record.channels['time'][2])!r}")
