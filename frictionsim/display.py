@@ -212,7 +212,7 @@ ROLES_ON_DARK = {
     "paper": "#16181B",
 }
 EVENT_COLOURS = {"cord": PURPLE, "car rope": BLUE, "counterweight rope": BLUE, "stop": WINE}
-"""By contact; events of the shaft alone have no contact in their words."""
+"""By contact; those of the shaft alone have none in their words, and pulleys of belts names."""
 
 
 EVENT_DASHES = {
@@ -230,10 +230,9 @@ def event_dashes(words: str) -> tuple[float, ...]:
 def event_colour(words: str) -> str:
     """Return the colour of an event, which is the same in pictures, charts and tables."""
     contact, _, event = words.rpartition(": ")
-    if contact:
-        return EVENT_COLOURS.get(contact, GREY)
     named = {"comes to rest": GREEN, "breakaway": VERMILION, "reverses": ORANGE}
-    return named.get(event, GREY)
+    named |= {"sticks": GREEN, "slips": VERMILION}
+    return EVENT_COLOURS.get(contact) or named.get(event, GREY)
 
 
 PAGE = {

@@ -174,7 +174,7 @@ OTHERS = [
         "an epicyclic gear in motion",
         (
             "frictionsim solve scenarios/epicyclic.toml",
-            "frictionsim plot results/epicyclic.h5 --fps 10",
+            "frictionsim plot results/epicyclic.h5 --fps 9",
         ),
     ),
     Picture(
@@ -284,15 +284,13 @@ HOIST_PICTURES = [
 REPORTS = [
     Picture("report_run_light.png", "the report of a run", OF_RUN, "light"),
     Picture("report_run_dark.png", "the same, where the system is dark", OF_RUN, "dark"),
-    Picture(
-        "report_sweep_light.png", "the report of a sweep", OF_SWEEP, "light", "summary >> nth=0"
-    ),
+    Picture("report_sweep_light.png", "the report of a sweep", OF_SWEEP, "light", "#charts"),
     Picture(
         "report_cost_dark.png",
         "the report of a study of accuracy and time",
         OF_COST,
         "dark",
-        "summary >> nth=0",
+        "#charts",
     ),
 ]
 REPORTS += [

@@ -41,7 +41,7 @@ def take(
         page.goto(report.absolute().as_uri())
         page.wait_for_function("frictionsim.ready")
         if time is not None:
-            page.evaluate("(time) => frictionsim.clock.set(time)", time)
+            page.evaluate("(time) => frictionsim.show(time)", time)
         if place:
             page.locator(place).evaluate("(element) => element.scrollIntoView()")
         page.wait_for_timeout(SETTLED)

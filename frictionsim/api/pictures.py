@@ -37,7 +37,7 @@ from frictionsim.plots.style import (
 )
 from frictionsim.plots.sweep import draw_sweep
 from frictionsim.scenario.options import Options, as_list, as_path, by_name, text_of
-from frictionsim.sweeps.statistics import is_defined
+from frictionsim.sweeps.statistics import is_constant, is_defined, sound_values
 
 if TYPE_CHECKING:
     import xarray
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     Drawings = Mapping[Path, Callable[..., Any]]
 
 
+SAME, UNDEFINED = "has one value in all runs", "is not defined in any run"
 FIRST: tuple[None] = (None,)  # where no view is named
 UNITS = {"mm": 25.4, "cm": 2.54, "in": 1.0, "pt": 72.0}  # per inch
 MIN_LENGTH, MAX_LENGTH = 20.0 / 25.4, 2000.0 / 25.4  # inches
@@ -369,9 +370,12 @@ def _save_sweep(table: "SweepTable", place: _PictureTarget, options: PlotOptions
     views, reasons = list(options.view), list[str]()
     _check_all_alone(views)
     if views == [ALL]:
-        views = [name for name in table.values if is_defined(table, name)]
+        defined = [name for name in table.values if is_defined(table, name)]
+        views = [n for n in defined if not is_constant(sound_values(table, n))] or defined
         reasons = [
-            f"{name} is not defined in any run" for name in table.values if name not in views
+            f"{name} {SAME if name in defined else UNDEFINED}"
+            for name in table.values
+            if name not in views
         ]
         paths = [_path_of(place.path, name) for name in views]
         place.check(paths)

@@ -34,20 +34,21 @@ MAX_DETAILS, SMALL, WINDOW = 4, 0.1, 1.8  # pulleys shown larger; radius of one 
 MAX_SPEEDS = 6  # pulleys whose speed stands beside the drawing
 
 
-def motion(record: "Record") -> Motion:
-    """Return the motion of a result.
+def motion(record: "Record", sample: int | None = None) -> Motion:
+    """Return the motion of a result, or of one of its samples.
 
     Without the tension the belt has one colour, without angles the pulleys have no marks, without
     the flags of contact neither arcs nor forces are drawn.
     """
     for name in "xy":
-        Samples(record, MIN_FRAMES)[name]
+        Samples(record, sample, MIN_FRAMES)[name]
     bodies = record.channels["x"].shape[1]
     stride = -(-bodies // MAX_POINTS)
-    path = guiding_path(record, -1) if stride == 1 else None
+    path = guiding_path(record, -1 if sample is None else sample) if stride == 1 else None
     pieces, drawn = PIECES if path is not None else 1, np.arange(0, bodies, stride)
     count = MAX_VALUES // (pieces * len(drawn))
-    at, pulleys = Samples(record, max(MIN_FRAMES, min(MAX_FRAMES, count))), pulleys_of(record)
+    at = Samples(record, sample, max(MIN_FRAMES, min(MAX_FRAMES, count)))
+    pulleys = pulleys_of(record)
     points = np.stack([at[axis][:, drawn] for axis in "xy"], axis=-1)
     touched = at["pulley_index"][:, drawn].astype(int) if "pulley_index" in at else None
     tension = at["tension"][:, drawn] if "tension" in at else None

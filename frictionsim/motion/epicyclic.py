@@ -28,9 +28,12 @@ READOUTS = {
 }
 
 
-def motion(record: "Record") -> Motion:
-    """Return the motion of a result; without its angle only that of the tracer point."""
-    at = Samples(record)
+def motion(record: "Record", sample: int | None = None) -> Motion:
+    """Return the motion of a result, or of one of its samples.
+
+    Without the angle it is that of the tracer point alone.
+    """
+    at = Samples(record, sample)
     sun, planet = (
         float(scenario_value(record, "mechanism", f"{part}_radius")) for part in ("sun", "planet")
     )

@@ -31,9 +31,9 @@ READOUTS = {
 }
 
 
-def motion(record: "Record") -> Motion:
-    """Return the motion of a result."""
-    at = Samples(record)
+def motion(record: "Record", sample: int | None = None) -> Motion:
+    """Return the motion of a result, or of one of its samples."""
+    at = Samples(record, sample)
     angle, still = at["angle"], at.still
     mechanism = [
         float(scenario_value(record, "mechanism", key))
@@ -57,7 +57,8 @@ def motion(record: "Record") -> Motion:
         Body("pinion", wheel(pinion), still + x, still + y, -ratio * angle),
     ]
     # The number of slots that have passed the bottom.
-    cell = np.floor(angle * slots / (2.0 * pi) + SLACK).astype(np.int64)
+    cells = np.floor(at.whole("angle") * slots / (2.0 * pi) + SLACK).astype(np.int64)
+    cell = cells[at.numbers]
     for slot, a, b in places:
         visible = (slot + cell) % slots < slots // 2
         if visible.any():
@@ -67,6 +68,6 @@ def motion(record: "Record") -> Motion:
     reach = max(gear, circle + size)
     corners = [(-reach, -reach), (reach, reach), (x - pinion, y - pinion), (x + pinion, y + pinion)]
     bounds = bounds_around(np.array(corners), 0.1 * pinion + 0.5 * size)
-    delivered = Readout("marbles delivered", "1", (cell - cell[0]).astype(float))
+    delivered = Readout("marbles delivered", "1", (cell - cells[0]).astype(float))
     readouts = (*at.contact(), *at.readouts(READOUTS), delivered)
     return Motion(at.time, tuple(parts), bounds, readouts=readouts)

@@ -185,6 +185,8 @@ class Motion(NamedTuple):
     readouts : tuple of Readout
     details : tuple of Detail
         What is shown larger below the whole.
+    reduction : float
+        How much smaller than the mechanism its travels are drawn.
     """
 
     time: "Array"
@@ -193,3 +195,4 @@ class Motion(NamedTuple):
     scale: float = 0.0
     readouts: tuple[Readout, ...] = ()
     details: tuple[Detail, ...] = ()
+    reduction: float = 1.0

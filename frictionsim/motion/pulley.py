@@ -59,39 +59,40 @@ READOUTS = {
 }
 
 
-def motion(record: "Record") -> Motion:
-    """Return the motion of a result."""
-    at, radius = Samples(record), float(scenario_value(record, "mechanism", "cord_radius"))
+def motion(record: "Record", sample: int | None = None, reduction: float = 1.0) -> Motion:
+    """Return the motion of a result, or of one of its samples; travels at least so much smaller."""
+    at, radius = Samples(record, sample), float(scenario_value(record, "mechanism", "cord_radius"))
     effects = scenario_of(record).get("effects", {})
     with_masses = "hanging_masses" in effects
-    lines, loads, forces, more = (_lift if with_masses else _hoist)(at, radius)
+    draw = _lift if with_masses else _hoist
+    (lines, loads, forces, more), smaller = draw(at, radius, reduction)
     journal, details = _shaft(at, radius)
     wheels = [Body("pulley", wheel(radius, hub=0.0), at.still, at.still, at["angle"]), *journal]
     scale = scale_of(forces, ARROW * radius)
     parts = (*lines, *wheels, *loads, *forces)
     bounds = bounds_of(parts, radius, MARGIN * radius, scale)
     readouts = (*more, *at.readouts(READOUTS))
-    return Motion(at.time, parts, bounds, scale, readouts, details)
+    return Motion(at.time, parts, bounds, scale, readouts, details, smaller)
 
 
 _Drawn = tuple[list[Part], list[Part], list[Part], list[Readout]]
 """Cords, what hangs on them, forces, and readouts."""
 
 
-def _hoist(at: Samples, radius: float) -> _Drawn:
-    """Return a load that a force or torque lifts."""
+def _hoist(at: Samples, radius: float, least: float) -> tuple[_Drawn, float]:
+    """Return a load that a force or torque lifts, and how much smaller its travel is drawn."""
     scenario = scenario_of(at.record)
     horizontal = scenario.get("drive", {}).get("direction") == "horizontal"
-    # The record may be one sample of a run: the angle at the start is that of the scenario.
     start = radians(scenario["mechanism"].get("initial_angle_deg", 0.0))
-    travel = radius * (at["angle"] - start)
-    (height,), smaller = _heights([travel], radius)
-    pulled = HIGHEST * radius + height - height.min()  # how far its end is from the wheel
+    way = radius * (at.whole("angle") - start)
+    (heights,), smaller = _heights([way], radius, least)
+    travel, height = way[at.numbers], heights[at.numbers]
+    pulled = HIGHEST * radius + height - heights.min()  # how far its end is from the wheel
     end = (-pulled, radius) if horizontal else (-radius, -pulled)
     over = arc(radius, 0.0, 0.5 * pi if horizontal else pi)
     points = points_of((radius, height), *over, end)
     # Marks run from the load on, which itself moves.
-    run = travel - (height - height[0])
+    run = travel - (height - heights[0])
     lines: list[Part] = [Line("cord", points, "cord", travel=run, spacing=SPACING * radius)]
     side, weight = BLOCK * radius, float(scenario_value(at.record, "mechanism", "load"))
     shape = (block(side, side, "load"),)
@@ -109,16 +110,19 @@ def _hoist(at: Samples, radius: float) -> _Drawn:
             across = force if horizontal else at.still
             up = at.still + weight if horizontal else force + weight
             forces.append(reaction(across, up, at["friction_torque"]))
-    return lines, loads, forces, [*at.contact(), Readout("travel of the load", "m", travel)]
+    readouts = [*at.contact(), Readout("travel of the load", "m", travel)]
+    return (lines, loads, forces, readouts), smaller
 
 
-def _lift(at: Samples, radius: float) -> _Drawn:
-    """Return a car and a counterweight."""
+def _lift(at: Samples, radius: float, least: float) -> tuple[_Drawn, float]:
+    """Return a car and a counterweight, and how much smaller their travel is drawn."""
     car, other = at["car_position"], at["counterweight_position"]
     effects = scenario_of(at.record).get("effects", {})
     turned = at["angle"] - _start_angle(at.record)
     rope = car if "cord_friction" in effects else radius * turned
-    heights, smaller = _heights([car, other], radius)
+    ways = [at.whole(f"{name}_position") for name in ("car", "counterweight")]
+    every, smaller = _heights(ways, radius, least)
+    heights = [each[at.numbers] for each in every]
     gaps = (_gap(car - rope, radius), _gap(other + rope, radius))
     sides = [(radius, heights[0]), (-radius, heights[1])]
     run = rope + radius * _start_angle(at.record)
@@ -145,7 +149,7 @@ def _lift(at: Samples, radius: float) -> _Drawn:
     if "shaft_reaction" in at:
         torque = at.get("friction_torque", at.still)
         forces.append(reaction(at.still, at["shaft_reaction"], torque))
-    return lines, loads, forces, _states(at, gaps)
+    return (lines, loads, forces, _states(at, gaps)), smaller
 
 
 def _states(at: Samples, gaps: "tuple[Array, Array]") -> list[Readout]:
@@ -163,12 +167,12 @@ def _states(at: Samples, gaps: "tuple[Array, Array]") -> list[Readout]:
     return states
 
 
-def _heights(travels: "list[Array]", radius: float) -> "tuple[list[Array], float]":
+def _heights(travels: "list[Array]", radius: float, least: float) -> "tuple[list[Array], float]":
     """Return the upper edges of what hangs on the cord, and how much smaller travels are drawn.
 
-    Each is highest at HIGHEST radii below the axis.
+    Each is highest at HIGHEST radii below the axis. Travels are those of the whole run.
     """
-    smaller = max(1.0, *(float(np.ptp(travel)) / (TRAVEL * radius) for travel in travels))
+    smaller = max(least, *(float(np.ptp(travel)) / (TRAVEL * radius) for travel in travels))
     heights = [-HIGHEST * radius + (travel - travel.max()) / smaller for travel in travels]
     return heights, smaller
 

@@ -22,13 +22,17 @@ REFUSED = "cannot show this result in motion"
 class Samples:
     """Samples of a result, evenly spaced with those at events; `samples[name]` is a channel there.
 
+    Or the only one of a number that is given.
+
     Attributes
     ----------
     record : Record
     numbers : (frames,) of int
     """
 
-    def __init__(self, record: "Record", count: int = MAX_FRAMES) -> None:
+    def __init__(
+        self, record: "Record", sample: int | None = None, count: int = MAX_FRAMES
+    ) -> None:
         self.record = record
         time = np.asarray(self._channel("time"), dtype=float)
         if not len(time):
@@ -44,7 +48,8 @@ class Samples:
         at_events = np.searchsorted(time, np.asarray(record.events["time"])[:MAX_EVENTS])
         numbers = np.union1d(evenly, at_events[at_events < len(time)])
         # Two samples at one time are the sides of an event: the last of them is what follows it.
-        self.numbers: Integers = numbers[np.diff(time[numbers], append=np.inf) > 0.0]
+        numbers = numbers[np.diff(time[numbers], append=np.inf) > 0.0]
+        self.numbers: Integers = numbers if sample is None else np.array([sample])
         self.time: Array = time[self.numbers]
 
     def __contains__(self, name: str) -> bool:
@@ -53,7 +58,13 @@ class Samples:
 
     def __getitem__(self, name: str) -> Any:
         """Return a channel, (frames,) or (frames, members of its axis)."""
-        values = np.asarray(self._channel(name)[self.numbers])
+        return self._checked(name, np.asarray(self._channel(name)[self.numbers]))
+
+    def whole(self, name: str) -> Any:
+        """Return a channel at all samples of the result, of which the first is its start."""
+        return self._checked(name, np.asarray(self._channel(name)))
+
+    def _checked(self, name: str, values: Any) -> Any:
         if values.dtype.kind == "f" and not np.all(np.abs(values) <= MAX_SHOWN):
             raise InputError(
                 f"{REFUSED}: '{name}' has numbers that are not finite or above {MAX_SHOWN:g}"

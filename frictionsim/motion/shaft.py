@@ -94,12 +94,12 @@ class Sizes(NamedTuple):
     rim: float
 
 
-def motion(record: "Record") -> Motion:
-    """Return the motion of a result.
+def motion(record: "Record", sample: int | None = None) -> Motion:
+    """Return the motion of a result, or of one of its samples.
 
     Without a channel that a force depends on, as the angular velocity, no forces are drawn.
     """
-    at, scenario = Samples(record), scenario_in(record)
+    at, scenario = Samples(record, sample), scenario_in(record)
     angle, reach = at["angle"], sizes_of(scenario).reach
     parts, scale, sizes = list(bodies_of(scenario, angle)), 0.0, list[Readout]()
     body = _free_body(at, scenario)
@@ -108,7 +108,11 @@ def motion(record: "Record") -> Motion:
         lever = reaction(*body.reaction, torque, body.reaction_vanishes)
         forces = [*_arrows(body, reach), lever]
         scale = scale_of(forces, ARROW * reach)
-        parts += [*cords_of(scenario, body, angle), *forces[:-1], *_couples(scenario, body, reach)]
+        parts += [
+            *cords_of(scenario, body, angle - at.whole("angle")[0]),
+            *forces[:-1],
+            *_couples(scenario, body, reach),
+        ]
         if torque.any():
             line = np.stack([np.zeros_like(lever.foot), lever.foot], axis=1)
             parts.append(Line("lever arm of the reaction", line, "cord"))
@@ -291,13 +295,13 @@ def _free_body(at: Samples, scenario: "ShaftScenario") -> FreeBody | None:
     return free_body(scenario, (at.time, at["angle"], velocity, acceleration))
 
 
-def cords_of(scenario: "ShaftScenario", body: FreeBody, angle: "Array") -> list[Part]:
+def cords_of(scenario: "ShaftScenario", body: FreeBody, turned: "Array") -> list[Part]:
     """Return the cords, which run with the body: by the radius times its angle, along the pull."""
     reach, parts = sizes_of(scenario).reach, list[Part]()
     for force, shown in zip(scenario.forces, body.forces, strict=False):
         if force.cord_radius is not None:
             points = points_of((shown.x, shown.y), tail_of(shown, reach))
-            run = force.cord_radius * (angle - angle[0])
+            run = force.cord_radius * turned
             parts.append(Line("cord", points, "cord", travel=run, spacing=MARKS * reach))
     return parts
 

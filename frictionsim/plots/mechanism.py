@@ -41,7 +41,6 @@ from frictionsim.io.output_file import ANIMATIONS, check_output, write_file
 from frictionsim.motion import motion_of
 from frictionsim.motion.parts import Arrow, Body, Disc, Line
 from frictionsim.motion.shapes import bar_below
-from frictionsim.plots.over_time import part_of
 from frictionsim.plots.style import (
     DOTS_PER_INCH,
     POINTS,
@@ -370,7 +369,7 @@ def draw_still(
 def motion_at(record: "Record", sample: int) -> "Motion":
     """Return the motion of a single sample."""
     number = sample % len(record.time)
-    motion = motion_of(part_of(record, slice(number, number + 1)))
+    motion = motion_of(record, number)
     if motion is None:
         raise InputError("cannot draw this result: there is no drawing of its kind")
     return motion

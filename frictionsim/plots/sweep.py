@@ -1,6 +1,7 @@
 """Pictures of sweeps: curves over one key, maps over two, histograms and indices of samples.
 
-Those quantities are drawn that vary, the first MAX_PANELS of the summary. Of a grid
+Those quantities are drawn that vary and equal no varied key and none before them, MAX_PANELS at
+most in the order of `telling`. Of a grid
 
 - with one key of several values: a curve of each quantity; over a key of text: points;
 - with two: a map of each quantity; if one has few texts as values: a curve for each of them;
@@ -55,6 +56,7 @@ from frictionsim.sweeps.statistics import (
     jumps_between,
     sound_values,
     statistics_of,
+    telling,
     variation,
 )
 
@@ -354,11 +356,11 @@ def _third(axes: list[KeyAxis], quantities: Sequence[str]) -> tuple[int, KeyAxis
 
 
 def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[str], list[str]]:
-    """Return the first quantities of the summary that vary in some runs, and a note on the others.
+    """Return the first quantities that tell something of some runs, and a note on the others.
 
     Those that do not vary are drawn if there are no others.
     """
-    varying = [name for name in table.values if not is_constant(sound_values(table, name)[runs])]
+    varying = telling(table, runs)
     candidates = varying or list(table.values)
     defined = any(np.isfinite(sound_values(table, name)[runs]).any() for name in table.values)
     several = isinstance(runs, slice) or runs.size > 1

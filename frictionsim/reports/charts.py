@@ -297,6 +297,7 @@ def _shade(traces: list[Json], record: "Record") -> list[Json]:
 LOOK: Json = {
     "paper_bgcolor": "rgba(0,0,0,0)",
     "plot_bgcolor": "rgba(0,0,0,0)",
+    "separators": ".",  # none of thousands
     "font": {"family": "system-ui, sans-serif", "size": 12},
 }
 

@@ -15,7 +15,7 @@ from frictionsim.display import (
 )
 from frictionsim.document import Block, Cell, Table
 from frictionsim.errors import InputError
-from frictionsim.motion import motion_of
+from frictionsim.motion import motion_of, motions_compared
 from frictionsim.reports.charts import figure_of, panels_of, thinned, undrawn
 from frictionsim.reports.drawing import Drawing
 from frictionsim.reports.html import Html, escaped, folded, html, listed, section, table
@@ -25,6 +25,7 @@ from frictionsim.scenario.kinds import unit_of
 from frictionsim.simulation.record import event_labels
 
 if TYPE_CHECKING:
+    from frictionsim.motion.parts import Motion
     from frictionsim.reports.run_tables import ReportedRun
     from frictionsim.results import Transition
 
@@ -103,15 +104,21 @@ def _drawings(runs: "Sequence[ReportedRun]") -> tuple[str, list[dict[str, Any]]]
     """Return the drawings with the table beside them, and their frames."""
     figures, frames, rows = "", [], dict[str, list[str]]()
     samples: dict[str, Html] = {}
-    for number, run in enumerate(runs):
-        label = f"<figcaption>{escaped(run.label)}</figcaption>" if run.label else ""
+    motions: list[Motion | None] = []
+    reasons: list[str] = []
+    for run in runs:
+        reason = f"There is no drawing of the kind {run.attribute('kind')}."
         try:
-            motion = motion_of(run.record)
-            reason = f"There is no drawing of the kind {run.attribute('kind')}."
+            motions.append(motion_of(run.record))
         except InputError as error:
-            motion, reason = None, str(error)
+            motions.append(None)
+            reason = str(error)
+        reasons.append(reason)
+    motions = motions_compared([run.record for run in runs], motions)
+    for number, (run, motion) in enumerate(zip(runs, motions, strict=True)):
+        label = f"<figcaption>{escaped(run.label)}</figcaption>" if run.label else ""
         if motion is None:
-            figures += f'<figure>{label}<p class="note">{escaped(reason)}</p></figure>'
+            figures += f'<figure>{label}<p class="note">{escaped(reasons[number])}</p></figure>'
             continue
         drawing = Drawing(motion, f"m{number}", f"The mechanism in motion {run.label}".strip())
         look = "wide" if drawing.is_wide else "tall"

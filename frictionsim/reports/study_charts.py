@@ -14,10 +14,10 @@ from frictionsim.io.sweep_table import RUN
 from frictionsim.reports.charts import DASHES, GRID, LOOK, SHADE, Json, domains, heading, numbers
 from frictionsim.reports.html import chart_text
 from frictionsim.sweeps.statistics import (
-    is_constant,
     is_defined,
     jumps_between,
     sound_values,
+    telling,
     varied_values,
 )
 
@@ -35,6 +35,7 @@ WORK = {"wall_seconds": "wall time, s", "rhs_evaluations": "evaluations of the r
 MAX_QUANTITIES, MAX_KEYS = 12, 5  # panels; columns of a study of many keys
 PANEL, GAP = 250, 70  # pixels: height of a panel, and between panels
 ABOVE, BELOW, TITLE = 60, 50, 24  # of the legend, of the lowest axis, of the title of a panel
+WHY = "or the run failed, was not run, or failed its audit; the table says which."
 WIDE = 0.08  # between panels side by side, relative to one
 
 
@@ -178,18 +179,21 @@ def sweep_figure(table: "SweepTable") -> "tuple[Json | None, str]":
     sound = {name: sound_values(table, name) for name in defined}
     finite = {name: np.abs(values[np.isfinite(values)]) for name, values in sound.items()}
     drawable = [name for name in defined if finite[name].max() < MAX_DRAWN]
-    varying = [name for name in drawable if not is_constant(sound[name])]
+    varying = [name for name in telling(table) if name in drawable]
     drawn = (varying or drawable)[:MAX_QUANTITIES]
     others = [name for name in defined if name not in drawn]
-    note = f"Without a picture: {', '.join(others)}; the table has them." if others else ""
+    notes = [f"Without a picture: {', '.join(others)}; the table has them."] if others else []
     if not drawn:
-        return None, note
+        return None, " ".join(notes)
     keys = [key for key, each in table.coordinates.items() if len(set(_listed(each.values))) > 1]
     keys = keys or list(table.coordinates)
     grid = RUN not in table.dimensions
     if grid and len(keys) == 2 and all(_is_number(table, key) for key in keys):
-        return _maps(table, drawn, keys), note
-    return _points(table, drawn, keys, joined=grid and len(keys) == 1), note
+        empty = [name for name in drawn if not np.isfinite(sound[name]).all()]
+        if empty:
+            notes.insert(0, f"An empty cell: {', '.join(empty)} not defined in that run, {WHY}")
+        return _maps(table, drawn, keys), " ".join(notes)
+    return _points(table, drawn, keys, joined=grid and len(keys) == 1), " ".join(notes)
 
 
 def _listed(values: Any) -> list[Any]:

@@ -231,13 +231,15 @@ def sticking_words(result: Record) -> str:
 def event_labels(result: Record) -> list[str]:
     """Return the label of each event: by its change of mode, or with the name of its contact."""
     columns = (result.events[name] for name in ("contact", "mode_from", "mode_to"))
+    # Of a belt a contact is a pulley, on which the belt slips as a whole or not.
+    several = result.attributes["kind"] == "belt_drive"
     return [
-        _event_label(result.contacts[int(contact)], before, after)
+        _event_label(result.contacts[int(contact)], before, after, several)
         for contact, before, after in zip(*columns, strict=True)
     ]
 
 
-def _event_label(contact: str, before: float, after: float) -> str:
+def _event_label(contact: str, before: float, after: float, named: bool) -> str:
     if {before, after} & ENGAGEMENT.keys():
         name = contact.replace("_rope", " rope")
         return f"{name}: {IMPACT if before == after else ENGAGEMENT.get(after, 'closed')}"
@@ -245,7 +247,7 @@ def _event_label(contact: str, before: float, after: float) -> str:
         return f"{contact}: {LEFT if before == STICK else IMPACT if after != STICK else REST}"
     if before == after:
         return contact
-    if contact in OTHER_MODES:
+    if named or contact in OTHER_MODES:
         return f"{contact}: {_slip_change(before, after)}"
     if after == 0:
         return REST

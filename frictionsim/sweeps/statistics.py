@@ -21,6 +21,7 @@ from frictionsim.sweeps.values import Distribution
 if TYPE_CHECKING:
     from frictionsim.results import Array
 
+LEADING = ("slip_percent", "efficiency")  # of belts what a sweep is about
 FLAT = 1e-6  # relative variation below which a quantity is constant
 NUMBER = re.compile(r"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?")
 
@@ -53,6 +54,39 @@ def is_constant(values: "Array") -> bool:
     """Return whether the finite values do not vary, or there are none."""
     defined = values[np.isfinite(values)]
     return not defined.size or bool(np.ptp(defined) <= FLAT * np.abs(defined).max())
+
+
+def telling(table: SweepTable, runs: Any = slice(None)) -> list[str]:
+    """Return the quantities that vary in some runs, those first that a picture should show first.
+
+    Without those that equal a varied key or a quantity before them, if there are others.
+    """
+    sound = {name: sound_values(table, name)[runs] for name in table.values}
+    varying = [name for name, values in sound.items() if not is_constant(values)]
+    varying.sort(key=lambda name: LEADING.index(name) if name in LEADING else len(LEADING))
+    # Unit and values of keys, and then of quantities that are told.
+    known = [(each.unit, of_key(table, key)[runs]) for key, each in _numbers(table).items()]
+    told = []
+    for name in varying:
+        unit, values = table.units[name], sound[name]
+        at = np.isfinite(values)
+        if not any(u == unit and np.allclose(v[at], values[at], FLAT, 0.0) for u, v in known):
+            told.append(name)
+            known.append((unit, np.where(at, values, np.inf)))
+    return told or varying
+
+
+def _numbers(table: SweepTable) -> dict[str, Any]:
+    keys = table.coordinates.items()
+    return {k: c for k, c in keys if not isinstance(c.values, list) and c.values.dtype.kind in "fi"}
+
+
+def of_key(table: SweepTable, key: str) -> "Array":
+    """Return the values of a varied key of numbers in all runs."""
+    values = np.asarray(table.coordinates[key].values, dtype=float)
+    if key not in table.dimensions:
+        return values
+    return values[np.indices(table.shape)[list(table.dimensions).index(key)].ravel()]
 
 
 def is_defined(table: SweepTable, name: str) -> bool:

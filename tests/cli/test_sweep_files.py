@@ -4,6 +4,7 @@ import csv
 import io
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -133,11 +134,13 @@ def test_a_chosen_quantity_is_drawn_at_a_chosen_value(grid: xarray.Dataset, told
 
 
 def test_all_quantities_are_drawn_each_into_its_file(here: Path, told: Run) -> None:
-    table = grid_of(
-        {"a": [1.0, 2.0]}, {"f": lambda a: a, "g": lambda a: 2 * a, "h": lambda a: np.nan}
-    )
+    functions: Any = {"f": lambda a: a, "g": lambda a: 2 * a, "h": lambda a: np.nan}
+    table = grid_of({"a": [1.0, 2.0]}, functions | {"same": lambda a: 5.0})
     fs.Sweep(table).save("s.h5")
     document = strict_json(told("plot", "s.h5", "--view", "all", "--json")[0])
     assert document["pictures"] == ["s-f.png", "s-g.png"]
-    assert document["skipped"] == ["h is not defined in any run"]
+    assert document["skipped"] == [
+        "h is not defined in any run",
+        "same has one value in all runs",
+    ]
     assert sorted(path.name for path in here.glob("*.png")) == document["pictures"]

@@ -7,7 +7,8 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from tests.support.motions import body, motion, number, record_of
+from tests.support.belt_results import TWO, belt_run
+from tests.support.motions import Body, Line, body, instant, motion, number, record_of
 from tests.support.scenarios import shipped
 
 
@@ -74,3 +75,56 @@ def test_a_contact_does_what_its_events_say(name: str, at_events: bool) -> None:
     for frame, time in enumerate(animation.time):
         past = [e.mode_to for e in modes if e.time <= time]
         assert shown[frame] == (past[-1] if past else modes[0].mode_from)
+
+
+@pytest.mark.parametrize(
+    "name", ["pulley_return", "lift", "marble_machine", "epicyclic", "shaft", "hoist_drum", "belt"]
+)
+def test_a_drawn_instant_is_a_frame_of_the_motion(name: str) -> None:
+    if name == "belt":
+        record = belt_run(TWO, bodies=60, samples=61)
+    else:
+        record = fs.solve(shipped(name, solver__rtol=1e-6) | {"output": {"interval": 0.03}}).record
+    whole = motion(record)
+    for frame in (0, len(whole.time) // 3, 2 * len(whole.time) // 3, len(whole.time) - 1):
+        sample = int(np.searchsorted(record.channels["time"], whole.time[frame], "right")) - 1
+        still = instant(record, sample)
+        assert still.time.tolist() == [whole.time[frame]]
+        assert still.reduction == pytest.approx(whole.reduction, rel=1e-12)
+        seen = {one.name: one.value[frame] for one in whole.readouts}
+        for one in still.readouts:
+            assert one.value[0] == pytest.approx(seen.pop(one.name), abs=1e-12)
+        # A gap of a rope that is taut at this instant has no number.
+        assert not any(seen.values())
+        bodies = [[p for p in of.parts if isinstance(p, Body)] for of in (whole, still)]
+        shown = [one for one in bodies[0] if one.visible is None or one.visible[frame]]
+        for one, other in zip(shown, bodies[1], strict=True):
+            assert one.name == other.name or "marbles" in (one.name, other.name)
+            for a, b in ((one.x, other.x), (one.y, other.y), (one.angle, other.angle)):
+                assert b[0] == pytest.approx(a[frame], abs=1e-12)
+        marked = [
+            [p for p in of.parts if isinstance(p, Line) and p.travel is not None]
+            for of in (whole, still)
+        ]
+        for line, other_line in zip(*marked, strict=True):
+            assert line.travel is not None
+            assert other_line.travel is not None
+            assert other_line.travel[0] == pytest.approx(line.travel[frame], abs=1e-12)
+
+
+def test_marbles_are_counted_from_the_start_of_the_run_and_masses_hang_apart() -> None:
+    result = fs.solve(shipped("marble_machine"))
+    for time in (0.5, 1.3, 2.9):
+        past = [e for e in result.record.transitions if e.contact == "transfer" and e.time <= time]
+        figure = fs.plot(result, "mechanism", time=time)
+        texts = [text.get_text() for ax in figure.axes for text in ax.texts]
+        assert any(f"marbles delivered {len(past)}" in text for text in texts)
+    lift = fs.solve(shipped("lift", solver__rtol=1e-6)).record
+    sample = int(np.searchsorted(lift.channels["time"], 8.5))
+    still = instant(lift, sample)
+    car, other = body(still, "car"), body(still, "counterweight")
+    apart = lift.channels["car_position"] - lift.channels["counterweight_position"]
+    highest = [float(lift.channels[f"{n}_position"].max()) for n in ("car", "counterweight")]
+    wanted = (apart[sample] - (highest[0] - highest[1])) / still.reduction
+    assert car.y[0] - other.y[0] == pytest.approx(wanted, rel=1e-9)
+    assert abs(wanted) > 0.1  # m, a third of the radius of the sheave

@@ -1,11 +1,14 @@
 """Pictures of belt drives, from synthetic results with known tensions and forces."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import frictionsim as fs
 from frictionsim.errors import InputError
+from frictionsim.results import Transition
 from tests.plots.test_plots import MAX_BYTES
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
 from tests.support.cases import one_in
@@ -133,3 +136,19 @@ def test_the_mean_of_the_tension_is_that_of_the_last_fifth() -> None:
         if line.get_label() == "mean over the last fifth"
     )
     assert np.asarray(line.get_ydata()) == pytest.approx(1.8, rel=0.01)  # by the ends of samples
+
+
+@pytest.mark.parametrize("name", ["driven", "idler", "shaft"])
+def test_a_pulley_slips_and_sticks_in_picture_and_report(name: str, tmp_path: Path) -> None:
+    """A name is free: that of a contact of other kinds too. The modes are those of the file."""
+    pulleys = [TWO[0], TWO[1]._replace(name=name)]
+    events = [Transition(0.5, name, 0, 1), Transition(0.9, name, 1, 0)]
+    events += [Transition(1.2, name, 0, -1), Transition(1.5, name, -1, 1)]
+    result = fs.Result(belt_run(pulleys, bodies=40, samples=41, transitions=events))
+    words = [f"{name}: {what}" for what in ("slips", "sticks", "reverses")]
+    legend = [t.get_text() for of in fs.plot(result).legends for t in of.get_texts()]
+    page = fs.report(result, tmp_path / "a.html").read_text("utf-8")
+    for text in (" ".join(legend), page):
+        assert all(one in text for one in words)
+        assert "breakaway" not in text.partition("<script>")[0]
+        assert "comes to rest" not in text.partition('id="data"')[0].rpartition("</script>")[2]

@@ -259,6 +259,37 @@ def test_the_first_quantities_that_vary_are_drawn() -> None:
     assert legend_of(same) == ["not defined: 5 runs"]
 
 
+def test_neither_inputs_nor_the_same_numbers_twice_are_drawn_and_slip_is_first() -> None:
+    """The key of a grid, of values together and of a sample; its unit is that of the quantity."""
+    functions: Any = {
+        "load": lambda x: x,
+        "tight": lambda x: 3.0 * x,
+        "tight_again": lambda x: 3.0 * x,
+        "constant": lambda x: 7.0,
+        "efficiency": lambda x: 1.0 / x,
+        "slip_percent": lambda x: x**2,
+        "gappy": lambda x: np.where(x > 2.0, x, np.nan),
+    }
+    wanted = ["slip percent", "efficiency", "tight"]
+    for table in (
+        grid_of({"x": FIVE}, functions),
+        grid_of({"x": FIVE}, functions, "zip"),
+        sample_of({"x": "uniform(1, 5)"}, functions, Sampling(16)),
+    ):
+        for coordinate in table.coordinates.values():
+            assert coordinate.unit != "N m"
+        table.units.update(dict.fromkeys(functions, table.coordinates["x"].unit))
+        figure = draw_sweep(table)
+        labels = [
+            ax.get_xlabel() if "runs" in ax.get_ylabel() else ax.get_ylabel() for ax in figure.axes
+        ]
+        assert [label.partition(",")[0] for label in labels] == wanted
+        assert len(draw_sweep(table, ["load"]).axes) == 1  # what is asked for is drawn
+    two = grid_of({"x": FIVE, "y": [1.0, 2.0]}, {"a": lambda x, y: y, "b": lambda x, y: x * y})
+    two.units.update(dict.fromkeys("ab", two.coordinates["y"].unit))
+    assert [ax.get_label() for ax in draw_sweep(two).axes].count("<colorbar>") == 1
+
+
 def test_a_sweep_without_quantities_is_refused_with_the_reason_of_a_run() -> None:
     empty = grid_of({"x": FIVE}, {"f": lambda x: x})._replace(values={}, units={})
     empty.texts["reason"][0] = "no memory"

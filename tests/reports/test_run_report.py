@@ -1,5 +1,8 @@
 """Reports of runs in a real browser, one of each kind: play, seek, event, zoom, print."""
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +13,7 @@ import frictionsim as fs
 from tests.support.belt_results import TWO, belt_run
 from tests.support.browser import opened, wait_until, without_scripts
 from tests.support.html_elements import data_of, panels_of
-from tests.support.scenarios import shipped
+from tests.support.scenarios import SCENARIOS, shipped
 
 WIDE, NARROW = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
 KINDS = ("pulley_return", "lift", "marble_machine", "epicyclic", "shaft", "belt_drive")
@@ -19,6 +22,12 @@ STATE = """() => [...document.querySelectorAll("#m0 > *, #key output")].map((par
   part.getAttribute("d") || part.getAttribute("transform") || part.textContent)"""
 CURSORS = """() => [...document.querySelectorAll(".js-plotly-plot")]
   .filter((chart) => chart.offsetParent).map((chart) => chart.layout.shapes.at(-1).x0)"""
+# How long the arrow of the weight is in each of two drawings, in units of its box.
+ARROWS = """() => ["m0", "m1"].map((name) => {
+  const box = document.querySelector(`#${name} path.arrow.fill-load`).getBBox();
+  return Math.max(box.width, box.height); })"""
+BUTTONS = """() => [...document.querySelectorAll(".modebar-btn")].map((one) =>
+  one.getAttribute("data-title") ?? one.title ?? "")"""
 RANGES = "[...document.querySelectorAll('.js-plotly-plot')].map((one) => one.layout.xaxis.range)"
 # Elements that scroll by themselves, or are wider than the page.
 SCROLLED = """() => [...document.querySelectorAll("body *:not(svg, svg *)")].filter((one) =>
@@ -45,6 +54,13 @@ def test_a_report_plays_seeks_marks_events_zooms_and_prints(
     record = result.record
     with opened(browser, path, viewport=WIDE) as page:
         start = page.evaluate(STATE)
+        titles = page.evaluate(BUTTONS)
+        assert any("Download" in title for title in titles)  # the bar of buttons is there
+        assert not [t for t in titles if any(w in t.lower() for w in ("share", "cloud", "studio"))]
+        numbers = page.locator("[class$='tick'] text").all_text_contents()
+        assert numbers
+        assert not any("," in number for number in numbers)  # as in tables
+        assert page.locator(".modebar--hover").count() == page.locator(".modebar").count() > 0
         page.click("#play")
         wait_until(page, f"frictionsim.time > {float(record.channels['time'][2])!r}")
         page.keyboard.press("Space")  # the button has the focus: this is a click on it
@@ -139,6 +155,31 @@ def test_a_comparison_has_both_drawings_on_one_clock(browser: Any, tmp_path: Pat
         assert before > 4
         heads = page.locator("#key thead th").all_inner_texts()
         assert heads == ["load = 2224.1 N", "load = 2300 N"]
+        # On one scale: the same box, and travels that are drawn as much smaller.
+        boxes = page.evaluate(
+            "[...document.querySelectorAll('#drawings svg.drawing[role]')].map("
+            "(one) => one.getAttribute('viewBox'))"
+        )
+        assert len(boxes) == 2
+        assert boxes[0] == boxes[1]
+        rows = page.locator("#key tbody th").all_inner_texts()
+        assert len([words for words in rows if "travel drawn 1 :" in words]) == 1
+        size = page.evaluate(ARROWS)
+        assert size[0] * 2300.0 == pytest.approx(size[1] * 2224.1, rel=0.02)
+
+
+def test_a_screenshot_for_the_documentation_is_of_its_time(browser: Any, tmp_path: Path) -> None:
+    """In a process of its own, as there is one browser of these tests in this one."""
+    fs.report(fs.solve(shipped("pulley", solver__rtol=1e-6)), tmp_path / "a.html")
+    shots = [tmp_path / f"{time}.png" for time in ("None", "0.5", "2.0")]
+    for shot in shots:
+        call = f"take(Path('a.html'), Path({shot.name!r}), 'light', '#viewer', {shot.stem})"
+        script = f"from pathlib import Path; from screenshots import take; {call}"
+        own = {"PYTHONPATH": str(SCENARIOS.parent / "docs" / "_ext")}
+        subprocess.run(
+            [sys.executable, "-c", script], cwd=tmp_path, env=os.environ | own, check=True
+        )
+    assert len({shot.read_bytes() for shot in shots}) == 3
 
 
 def test_without_scripts_the_tables_are_there(browser: Any, tmp_path: Path) -> None:

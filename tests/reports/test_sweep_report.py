@@ -83,6 +83,16 @@ def test_other_sweeps_have_each_quantity_over_each_key(
     assert len(axes) == len(traces)
 
 
+def test_a_report_says_what_an_empty_cell_of_a_map_is(tmp_path: Path) -> None:
+    vary = {MU: [0.2, 0.25, 0.3], LOAD: [1900.0, 2000.0]}
+    few = {**LOOSE, "solver.duration": 0.5}
+    sweep = fs.sweep(PULLEY, vary, few, workers=1)
+    assert np.isnan(sweep.dataset["breakaway_time"]).any()
+    page = fs.report(sweep, tmp_path / "a.html").read_text("utf-8")
+    assert "An empty cell: breakaway_time" in page
+    assert "not defined in that run, or the run failed" in page
+
+
 def test_a_curve_over_one_key_has_a_gap_at_a_jump(tmp_path: Path) -> None:
     """The pulley starts at once, or after its force has grown: nothing is between."""
     vary = {LOAD: np.linspace(1700.0, 2300.0, 13).tolist()}

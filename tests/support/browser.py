@@ -92,17 +92,6 @@ def check_sorting(page: Any, table: str, column: str, values: list[Any]) -> None
     assert page.evaluate(shown) == sorted(values)[::-1]
 
 
-def set_time(page: Any, time: float) -> None:
-    """Set the clock of a report, and wait until what follows it has been drawn."""
-    page.evaluate(
-        """async (time) => {
-          frictionsim.clock.set(time);
-          for (let frame = 0; frame < 2; frame++) await new Promise(requestAnimationFrame);
-        }""",
-        time,
-    )
-
-
 def wait_until(page: Any, expression: str, seconds: float = 120.0) -> None:
     """Wait until an expression is true in a page.
 

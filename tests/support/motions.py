@@ -22,6 +22,7 @@ __all__ = [
     "Motion",
     "arrow",
     "body",
+    "instant",
     "lines",
     "motion",
     "number",
@@ -53,6 +54,13 @@ def motion(record: Record) -> Motion:
     animation = motion_of(record)
     assert animation is not None
     return animation
+
+
+def instant(record: Record, sample: int) -> Motion:
+    """Return what a picture of one sample draws."""
+    still = motion_of(record, sample)
+    assert still is not None
+    return still
 
 
 def body(animation: Motion, name: str) -> Body:

@@ -3,7 +3,11 @@
 
 const byId = (id) => document.getElementById(id);
 const charts = [];
-const CHART = { displaylogo: false, responsive: true, modeBarButtonsToRemove: ["select2d", "lasso2d"] };
+const CHART = { // no button sends data anywhere, whatever the version of Plotly calls it
+  displaylogo: false, responsive: true, displayModeBar: "hover",
+  plotlyServerURL: "", showSendToCloud: false, showEditInChartStudio: false,
+  modeBarButtonsToRemove: ["select2d", "lasso2d", "sendChartToCloud", "sendDataToCloud", "editInChartStudio"],
+};
 const frictionsim = { ready: false, time: 0 };
 
 // The number of the last of increasing times that is not after t.
