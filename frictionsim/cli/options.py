@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_origin
 
 import typer
+from typer.core import TyperArgument, TyperCommand
 
 import frictionsim as fs
 from frictionsim.cli.printing import print_text
@@ -45,6 +46,27 @@ app = typer.Typer(
 ROW = re.compile(r"^(\S+(?: \S+)*)  +(.*(?:\n .*)*)", re.MULTILINE)
 
 
+class _Command(TyperCommand):
+    """A command whose help has arguments as the documents have: SCENARIO..., without types."""
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        names = [(one.required, name) for name, one in self._arguments]
+        return ["[OPTIONS]", *(name if required else f"[{name}]" for required, name in names)]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        if rows := [(name, one.get_help_record(ctx)[1]) for name, one in self._arguments]:
+            with formatter.section("Arguments"):
+                formatter.write_dl(rows)
+        options = (one for one in self.get_params(ctx) if not isinstance(one, TyperArgument))
+        with formatter.section("Options"):
+            formatter.write_dl([*filter(None, (one.get_help_record(ctx) for one in options))])
+
+    @property
+    def _arguments(self) -> list[tuple[str, Any]]:
+        arguments = (one for one in self.params if isinstance(one, TyperArgument))
+        return [(f"{one.metavar}{'...' * (one.nargs != 1)}", one) for one in arguments]
+
+
 def command(function: Command) -> Command:
     """Register a command, whose docstring has a row for each parameter, in their order.
 
@@ -65,7 +87,7 @@ def command(function: Command) -> Command:
             declared: Any = typer.Option if flags else typer.Argument
             info = declared(*flags, metavar=metavar, help=words, show_default=False)
             function.__annotations__[name] = Annotated[kind, info]
-    app.command(help=text)(function)
+    app.command(help=text, cls=_Command)(function)
     return function
 
 
