@@ -126,7 +126,7 @@ class Sweep(ResultBase):
 
     @property
     def _writers(self) -> "Mapping[str, Callable[[Path], Path]]":
-        return dict.fromkeys(SUFFIXES, self._save_hdf5) | {".csv": self.save_csv}
+        return dict.fromkeys((*SUFFIXES, ""), self._save_hdf5) | {".csv": self.save_csv}
 
     @property
     def _fault(self) -> str:
@@ -137,6 +137,7 @@ class Sweep(ResultBase):
         whole = whole_name(path)
         target = whole if self.status == "done" else partial_name(whole)
         write_sweep(self.table, target)
+        self.path = self.path or target
         return target
 
     def save_csv(self, path: str | PathLike[str]) -> Path:
@@ -312,7 +313,8 @@ def _parts(table: SweepTable, path: Path | None) -> Document:
     yield from _group_lines("warnings", warnings)
     if attributes["reason"]:
         yield f"stopped: {attributes['reason']}"
-    yield f"sweep: {path or 'none'}"
+    if path is not None:
+        yield f"sweep: {path}"
     yield Data(
         {
             "quantities": quantities,
