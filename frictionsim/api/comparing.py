@@ -123,10 +123,9 @@ def comparison_parts(comparison: Comparison) -> Document:
     yield Table(HEADINGS, rows)
     yield from notes
     yield from comparison.notes
-    differing = sum(not row.ok for row in comparison.rows)
-    if differing:
+    if not comparison.same:
         yield "note: of a channel, that sample is shown which is furthest above what is allowed"
-    yield f"{differing} of {len(comparison.rows)} differ" if differing else "the files agree"
+    yield comparison.verdict
 
 
 def _both_values(row: ComparedChannel) -> tuple[str, str]:

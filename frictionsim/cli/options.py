@@ -176,13 +176,16 @@ def named_by_option(options: Mapping[str, str]) -> Iterator[None]:
 
 def default_folder() -> Path:
     """Return the folder of results by default, which is made."""
+    return _made(RESULTS, "give a file with -o")
+
+
+def _made(folder: Path, way: str) -> Path:
     try:
-        RESULTS.mkdir(exist_ok=True)
+        folder.mkdir(exist_ok=True)
     except OSError as error:
-        raise OutputError(
-            f"cannot create the folder '{RESULTS}' ({error.strerror}); give a file with -o"
-        ) from None
-    return RESULTS
+        reason = "this is a file" if exists(folder) else error.strerror
+        raise OutputError(f"cannot create the folder '{folder}' ({reason}); {way}") from None
+    return folder
 
 
 def stem_of(source: str) -> str:
@@ -235,6 +238,7 @@ def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> 
     """Return the result file of each scenario; of several it is checked that all can be written.
 
     The output is a folder, which exists or ends with a slash; for one scenario a file otherwise.
+    The folder is made, if there is one to make it in.
     """
     if output == STDIN:
         raise InputError("-o -: a result is written as HDF5, not printed; give a file name")
@@ -242,9 +246,6 @@ def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> 
     if output is not None and len(sources) == 1 and not is_folder:
         return [Path(output)]
     folder = default_folder() if output is None else Path(output)
-    if not isdir(folder):
-        reason = "this is a file" if exists(folder) else "there is no such folder, create it first"
-        raise OutputError(f"{folder}: expected a folder for the results; {reason}")
     targets: dict[Path, str] = {}
     for source in sources:
         target = folder / f"{stem_of(source)}.h5"
@@ -254,6 +255,7 @@ def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> 
                 " by one, each with its -o"
             )
         targets[target] = source
+    _made(folder, "give another folder with -o")
     if len(sources) > 1:
         from frictionsim.io.run_files import RunFiles
 

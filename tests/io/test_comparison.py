@@ -313,3 +313,9 @@ def test_missing_sides_of_events_are_not_compared(compare: Compare) -> None:
     code, table = compare(without("events/friction_torque_after"))
     assert code == 0
     assert "events/friction_torque" not in {row[0] for row in rows(table)}
+
+
+def test_a_comparison_is_shown_by_its_verdict(golden: Path) -> None:
+    loads = (golden, fs.solve(pulley(mechanism__load=2000.0)))
+    for other, verdict in zip(loads, ("the files agree", r"\d+ of \d+ differ"), strict=True):
+        assert re.fullmatch(f"<frictionsim.Comparison: {verdict}>", repr(fs.compare(other, golden)))
