@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 LOG = logging.getLogger(__name__)
 # Of more events, the table shows the first ones and the last.
 MAX_EVENTS = 20
+MAX_VALUE = 36  # characters of a key's value, of which two are beside each other in a line
 
 
 class Result(ResultBase):
@@ -592,4 +593,4 @@ def side_by_side(results: Sequence[Result]) -> str:
         ReportedRun(result.record, result.path, label, errors=result.errors)
         for result, label in zip(results, labels, strict=True)
     ]
-    return as_text([differences(runs), *summary(runs)])
+    return as_text([differences(runs, MAX_VALUE), *summary(runs)])

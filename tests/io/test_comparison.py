@@ -105,7 +105,7 @@ FOREIGN = "it is HDF5, but not a frictionsim result"
 # An edit, options, the exit code, and a pattern of what is printed.
 CASES: dict[str, tuple[Edit, str, int, str]] = {
     "no tolerances": (nothing, "--rtol 0 --atol 0 --time-atol 0", 0, ""),
-    "a value": (FAR, "", 1, r"\nangle +different +\S+ +\S+ +rad +0\.01 "),
+    "a value": (FAR, "", 1, r"\nangle at 3 s +different +\S+ +\S+ +rad +0\.01 "),
     "within a wider rtol": (FAR, "--rtol 1e-3", 0, ""),
     "within a wider atol": (FAR, "--atol 0.1", 0, ""),
     "left out": (FAR, "--ignore angle", 0, ""),
