@@ -10,6 +10,8 @@ from typing import Any, NamedTuple
 from unicodedata import combining, east_asian_width
 
 MAX_WIDTH, GAP = 100, 2  # characters of a line of a table, and between its columns
+ABSENT = "\N{EM DASH}"
+NOTHING = ("", ABSENT)  # cells
 MIN_HEADING = 14  # characters of a line of a heading that is broken
 
 
@@ -65,9 +67,10 @@ def _lines(block: Block) -> list[str]:
 
 
 def _lines_of_table(table: Table) -> list[str]:
-    """Return a table; a wide one with broken headings, turned, or in parts below each other.
+    """Return a table; a wide one with broken headings, or in parts below each other.
 
-    Each part begins with the columns that name the rows: those of text at the left.
+    Each part begins with the columns that name the rows, those of text at the left, and has the
+    rows for which it says something.
     """
     headings = list(table.headings)
     rows = [[*map(shown, row)] + [""] * (len(headings) - len(row)) for row in table.rows]
@@ -77,11 +80,6 @@ def _lines_of_table(table: Table) -> list[str]:
             _broken(heading, [row[i] for row in rows]) for i, heading in enumerate(headings)
         ]
         lines = _aligned(headings, rows)
-    if _widest(lines) > MAX_WIDTH and rows:
-        first, *others = zip(*rows, strict=True)
-        names = (heading.removeprefix(">") for heading in table.headings[1:])
-        turned = [[name, *cells] for name, cells in zip(names, others, strict=True)]
-        lines = _aligned([headings[0], *(f">{cell}" for cell in first)], turned)
     if _widest(lines) <= MAX_WIDTH:
         return lines
     names_of_rows = next((i for i, text in enumerate(headings) if text.startswith(">")), 0) or 1
@@ -96,11 +94,12 @@ def _lines_of_table(table: Table) -> list[str]:
             parts.append([*range(names_of_rows)])
             width = sum(GAP + widths[i] for i in parts[-1]) + widths[column]
         parts[-1].append(column)
-    return [
-        line
-        for part in parts
-        for line in _aligned([headings[i] for i in part], [[row[i] for i in part] for row in rows])
-    ]
+    lines = []
+    for part in parts:
+        of_part = [[row[i] for i in part] for row in rows]
+        told = [row for row in of_part if any(cell not in NOTHING for cell in row[names_of_rows:])]
+        lines += _aligned([headings[i] for i in part], told)
+    return lines
 
 
 def _broken(heading: str, cells: Sequence[str]) -> str:

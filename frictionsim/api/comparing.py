@@ -5,7 +5,7 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from frictionsim.api import result as results
-from frictionsim.display import STUDY_DIGITS, number_text, short_text, time_text
+from frictionsim.display import STUDY_DIGITS, number_text, short_text, study_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.io.comparison import (
     ComparedChannel,
@@ -25,7 +25,7 @@ MAX_DIGITS = 17  # tell any two floats apart
 MAX_VERDICT = 14  # characters, such as "pulley driven"; longer ones are below the table
 HEADINGS = (
     *("channel or quantity", "", ">value", ">expected", "unit"),
-    *(">off by", ">allowed", ">time, s"),
+    *(">off by", ">allowed"),
 )
 
 
@@ -104,7 +104,8 @@ def comparison_parts(comparison: Comparison) -> Document:
             notes.append(f"{row.name}: {verdict}")
             verdict = "different"
         cells = (*_both_values(row), row.unit, short_text(row.difference), short_text(row.allowed))
-        rows.append((row.name, verdict, *cells, time_text(row.time)))
+        at = "" if row.time is None else f" at {study_text(row.time)} s"
+        rows.append((f"{row.name}{at}", verdict, *cells))
     data = [
         {
             "channel": row.name,
@@ -123,10 +124,9 @@ def comparison_parts(comparison: Comparison) -> Document:
     yield Table(HEADINGS, rows)
     yield from notes
     yield from comparison.notes
-    differing = sum(not row.ok for row in comparison.rows)
-    if differing:
+    if not comparison.same:
         yield "note: of a channel, that sample is shown which is furthest above what is allowed"
-    yield f"{differing} of {len(comparison.rows)} differ" if differing else "the files agree"
+    yield comparison.verdict
 
 
 def _both_values(row: ComparedChannel) -> tuple[str, str]:

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 LOG = logging.getLogger(__name__)
 # Of more events, the table shows the first ones and the last.
 MAX_EVENTS = 20
+MAX_VALUE = 36  # characters of a key's value, of which two are beside each other in a line
 
 
 class Result(ResultBase):
@@ -58,7 +59,7 @@ class Result(ResultBase):
     Attributes
     ----------
     path : Path or None
-        The file that holds it.
+        The file that holds it; `save` makes one.
     record : Record
         The contents of its file, see `frictionsim.io.result_writer`.
     """
@@ -219,7 +220,24 @@ class Result(ResultBase):
 
     @property
     def _writers(self) -> "Mapping[str, Callable[[Path], Path]]":
-        return {".csv": self.save_csv}
+        from frictionsim.io.output_file import SUFFIXES
+
+        return dict.fromkeys((*SUFFIXES, ""), self._save_hdf5) | {".csv": self.save_csv}
+
+    def _save_hdf5(self, path: Path) -> Path:
+        from frictionsim.io.result_writer import write
+
+        target = self._file_of(path)
+        write(self.record._replace(checkpoint=self._checkpoint_to_save()), target)
+        self.path = self.path or target
+        return target
+
+    def _file_of(self, path: Path) -> Path:
+        """Return the name of the file of this result: of one that is not done NAME.partial.h5."""
+        from frictionsim.io.names import partial_name, whole_name
+
+        whole = whole_name(path)
+        return whole if self.status == "done" else partial_name(whole)
 
     def check(self) -> Self:
         """Return the result itself if the run is done and passed its audit.
@@ -244,36 +262,32 @@ class Result(ResultBase):
     def save(self, path: str | PathLike[str], *, no_clobber: bool = False) -> Path:
         """Write the result file, whole or not at all; it holds no wall times.
 
-        That of a run that is not done is NAME.partial.h5, and can be resumed as before. A path
-        that ends in .csv is of the channels, one in .png, .pdf or .svg of the picture.
+        That of a run that is not done is NAME.partial.h5, and can be resumed as before. `path` of a
+        result that was in no file is this one.
 
         Parameters
         ----------
         path : path
-            A result there is replaced; any other file is not.
+            NAME.h5, .hdf5, .nc or without an ending; NAME.csv of the channels, and .png, .pdf or
+            .svg of the picture. A result there is replaced; any other file is not.
         no_clobber : bool
             Do not replace an existing file.
 
         Raises
         ------
+        InputError
+            If the path has another ending.
         OutputError
             If it cannot be written.
         """
-        from frictionsim.io.names import partial_name, whole_name
         from frictionsim.io.output_file import CHANNELS_IN_CSV, PICTURE, RESULT, check_free
-        from frictionsim.io.result_writer import write
 
         target = as_path("path", path)
-        if target.suffix in (".csv", *PICTURES):
-            if no_clobber:
-                check_free(target, CHANNELS_IN_CSV if target.suffix == ".csv" else PICTURE)
-            return super().save(target)
-        target = whole_name(target)
-        target = target if self.status == "done" else partial_name(target)
         if no_clobber:
-            check_free(target, RESULT)
-        write(self.record._replace(checkpoint=self._checkpoint_to_save()), target)
-        return target
+            kinds = dict.fromkeys(PICTURES, PICTURE) | {".csv": CHANNELS_IN_CSV}
+            kind = kinds.get(target.suffix.lower(), RESULT)
+            check_free(self._file_of(target) if kind is RESULT else target, kind)
+        return super().save(target)
 
     def write_csv(
         self,
@@ -394,7 +408,8 @@ class Result(ResultBase):
             yield audit_table([self.audit])
         if self.statistics is not None:
             yield _statistics(self.statistics)
-        yield f"result: {self.path or 'none'}"
+        if self.path is not None:
+            yield f"result: {self.path}"
         yield Data(self._json())
 
     def _json(self) -> dict[str, Any]:
@@ -578,4 +593,4 @@ def side_by_side(results: Sequence[Result]) -> str:
         ReportedRun(result.record, result.path, label, errors=result.errors)
         for result, label in zip(results, labels, strict=True)
     ]
-    return as_text([differences(runs), *summary(runs)])
+    return as_text([differences(runs, MAX_VALUE), *summary(runs)])

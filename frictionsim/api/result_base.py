@@ -72,12 +72,15 @@ class ResultBase(ABC):
         OutputError
             If the file cannot be written, or would replace one of another kind.
         """
+        from frictionsim.io.names import whole_name
+
         target = as_path("path", path)
         writers = {**self._writers, **dict.fromkeys(PICTURES, self.save_picture)}
-        if target.suffix not in writers:
-            *ends, last = writers
+        suffix = whole_name(target).suffix.lower()
+        if suffix not in writers:
+            *ends, last = filter(None, writers)
             raise InputError(f"{target}: expected a name that ends in {', '.join(ends)} or {last}")
-        return writers[target.suffix](target)
+        return writers[suffix](target)
 
     def check(self) -> Self:
         """Return the result itself if its exit code is 0.

@@ -10,7 +10,7 @@ from frictionsim.api.scenarios import with_overrides
 from frictionsim.costs.settings import MAX_WALL, REPEATS
 from frictionsim.costs.settings import CostOptions as CostOptions
 from frictionsim.costs.study import study as study
-from frictionsim.costs.study_table import recommendations, table_json
+from frictionsim.costs.study_table import recommended_lines, table_json
 from frictionsim.display import error_text, number_text, short_text
 from frictionsim.document import Cell, Data, Document, Number, Table
 from frictionsim.io.cost_table import COUNTS, RELATIVE, CostTable
@@ -52,7 +52,7 @@ def study_parts(table: CostTable) -> Document:
         if row.get("reason"):
             setting = [str(_cell(row, name)) for name in SETTING if name in table.columns]
             yield f"{', '.join(filter(None, setting))}: {row['reason']}"
-    yield from (advice.sentence for advice in recommendations(table))
+    yield from recommended_lines(table)
 
 
 def _reference_lines(table: CostTable) -> Iterator[str]:
@@ -116,8 +116,8 @@ class Study(ResultBase):
 
     @property
     def recommendations(self) -> list[str]:
-        """The cheapest setting for each of several errors, in a sentence each."""
-        return [advice.sentence for advice in recommendations(self.table)]
+        """The cheapest setting for 1 %, 0.1 % and 0.01 %; one sentence where it is the same."""
+        return recommended_lines(self.table)
 
     @property
     def dataset(self) -> "xarray.Dataset":

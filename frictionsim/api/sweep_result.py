@@ -1,13 +1,20 @@
 """The result of a sweep: its table, its dataset and its summary."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.result_base import Ending, ResultBase
-from frictionsim.display import ratio_text, set_line, study_text
+from frictionsim.display import (
+    STUDY_DIGITS,
+    quantity_text,
+    ratio_text,
+    set_line,
+    short_names,
+    study_text,
+)
 from frictionsim.document import Data, Document, Table
 from frictionsim.errors import (
     EXIT_AUDIT_FAILED,
@@ -47,7 +54,7 @@ from frictionsim.sweeps.statistics import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     import xarray
     from matplotlib.figure import Figure, SubFigure
@@ -126,7 +133,7 @@ class Sweep(ResultBase):
 
     @property
     def _writers(self) -> "Mapping[str, Callable[[Path], Path]]":
-        return dict.fromkeys(SUFFIXES, self._save_hdf5) | {".csv": self.save_csv}
+        return dict.fromkeys((*SUFFIXES, ""), self._save_hdf5) | {".csv": self.save_csv}
 
     @property
     def _fault(self) -> str:
@@ -137,6 +144,7 @@ class Sweep(ResultBase):
         whole = whole_name(path)
         target = whole if self.status == "done" else partial_name(whole)
         write_sweep(self.table, target)
+        self.path = self.path or target
         return target
 
     def save_csv(self, path: str | PathLike[str]) -> Path:
@@ -262,8 +270,8 @@ HEADINGS_OF_EXTREMES = (
     *("quantity", ">least", ">in run", ">largest", ">in run", "unit", ">defined in runs"),
 )
 HEADINGS_OF_INDICES = (
-    *("Sobol indices of", "key", ">first-order", ">95 % from", ">to"),
-    *(">total", ">95 % from", ">to", ""),
+    *("Sobol indices of", "key", ">first-order", ">95 % of first-order"),
+    *(">total", ">95 % of total"),
 )
 
 
@@ -296,8 +304,10 @@ def _parts(table: SweepTable, path: Path | None) -> Document:
     ]
     yield Table(("key", ">values", "unit"), keys)
     yield _counts_text(table)
+    shown = _shown(table)
     if sampling:
-        yield Table(HEADINGS_OF_SAMPLE, [_statistics_row(*item) for item in quantities.items()])
+        rows = [_statistics_row(*item, shown) for item in quantities.items()]
+        yield Table(HEADINGS_OF_SAMPLE, rows)
         if sampling.indices:
             yield (
                 f"the first {independent} runs are independent and make these numbers; the others"
@@ -306,13 +316,14 @@ def _parts(table: SweepTable, path: Path | None) -> Document:
         if indices is not None:
             yield from _indices_parts(indices)
     else:
-        rows = [_extremes_row(table, *item) for item in quantities.items()]
+        rows = [_extremes_row(table, *item, shown) for item in quantities.items()]
         yield Table(HEADINGS_OF_EXTREMES, rows)
     yield from _group_lines("failed", failed)
     yield from _group_lines("warnings", warnings)
     if attributes["reason"]:
         yield f"stopped: {attributes['reason']}"
-    yield f"sweep: {path or 'none'}"
+    if path is not None:
+        yield f"sweep: {path}"
     yield Data(
         {
             "quantities": quantities,
@@ -407,34 +418,59 @@ def _range_text(values: list[Any]) -> str:
     return f"{', '.join(shown[: MAX_VALUES - 1])} ... {shown[-1]} ({len(shown)} values)"
 
 
-def _statistics_row(name: str, data: dict[str, Any]) -> tuple[str, ...]:
-    return name, *(study_text(data[word]) for word in STATISTICS), data["unit"], str(data["runs"])
+Shown = Callable[[str, float | None], str]
+"""The text of a value of a quantity, by its name."""
 
 
-def _extremes_row(table: SweepTable, name: str, data: dict[str, Any]) -> tuple[str, ...]:
+def _shown(table: SweepTable) -> Shown:
+    """Return how values are shown: in as many digits as in the summary of a run, at most six."""
+    from frictionsim.reports.run_tables import digits_of
+
+    digits = digits_of(table.attributes["kind"], table.attributes["scenario"])
+    # A given speed or pretension does not depend on the mesh.
+    values = (plain(value) for one in table.coordinates.values() for value in one.values)
+    varied = {value for value in values if isinstance(value, float)}
+
+    def shown(name: str, value: float | None) -> str:
+        count = STUDY_DIGITS if value is None or value in varied else digits(name, value)
+        return quantity_text(value, digits=count) if count < STUDY_DIGITS else study_text(value)
+
+    return shown
+
+
+def _statistics_row(name: str, data: dict[str, Any], shown: Shown) -> tuple[str, ...]:
+    numbers = (shown(name, data[word]) for word in STATISTICS)
+    return name, *numbers, data["unit"], str(data["runs"])
+
+
+def _extremes_row(
+    table: SweepTable, name: str, data: dict[str, Any], shown: Shown
+) -> tuple[str, ...]:
     # Which of equal runs is least is roundoff.
     has_places = not is_constant(sound_values(table, name))
     cells = [
-        (study_text(data[word]["value"]), str(data[word]["run"]) if has_places else "")
+        (shown(name, data[word]["value"]), str(data[word]["run"]) if has_places else "")
         for word in ("least", "largest")
     ]
     return name, *cells[0], *cells[1], data["unit"], str(data["runs"])
 
 
 def _indices_parts(indices: dict[str, Any]) -> Document:
-    """Yield the Sobol indices, or why a quantity has none."""
-    rows = []
+    """Yield the Sobol indices with their basis, or why a quantity has none."""
+    rows: dict[str, list[tuple[str, ...]]] = {}
     for name, (basis, keys) in ((name, data.values()) for name, data in indices.items()):
         if all(found["first"] is None for found in keys.values()):
             yield f"{name}: {basis}"
             continue
-        for key, found in keys.items():
+        for key, found in zip(short_names([*keys]), keys.values(), strict=True):
             cells: list[str] = []
             for word in ("first", "total"):
                 ends = found[f"{word}_interval"]
-                cells += [ratio_text(found[word]), *(map(ratio_text, ends) if ends else ("", ""))]
-            rows.append((name, key, *cells, basis))
-    yield Table(HEADINGS_OF_INDICES, rows)
+                cells += [ratio_text(found[word]), " to ".join(map(ratio_text, ends or ()))]
+            rows.setdefault(basis, []).append((name, key, *cells))
+    for basis, of_basis in rows.items():
+        yield f"Sobol indices {basis}"
+        yield Table(HEADINGS_OF_INDICES, of_basis)
 
 
 def _group_lines(word: str, groups: list[Group]) -> list[str]:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_origin
 
 import typer
+from typer.core import TyperArgument, TyperCommand
 
 import frictionsim as fs
 from frictionsim.cli.printing import print_text
@@ -45,6 +46,27 @@ app = typer.Typer(
 ROW = re.compile(r"^(\S+(?: \S+)*)  +(.*(?:\n .*)*)", re.MULTILINE)
 
 
+class _Command(TyperCommand):
+    """A command whose help has arguments as the documents have: SCENARIO..., without types."""
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        names = [(one.required, name) for name, one in self._arguments]
+        return ["[OPTIONS]", *(name if required else f"[{name}]" for required, name in names)]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        if rows := [(name, one.get_help_record(ctx)[1]) for name, one in self._arguments]:
+            with formatter.section("Arguments"):
+                formatter.write_dl(rows)
+        options = (one for one in self.get_params(ctx) if not isinstance(one, TyperArgument))
+        with formatter.section("Options"):
+            formatter.write_dl([*filter(None, (one.get_help_record(ctx) for one in options))])
+
+    @property
+    def _arguments(self) -> list[tuple[str, Any]]:
+        arguments = (one for one in self.params if isinstance(one, TyperArgument))
+        return [(f"{one.metavar}{'...' * (one.nargs != 1)}", one) for one in arguments]
+
+
 def command(function: Command) -> Command:
     """Register a command, whose docstring has a row for each parameter, in their order.
 
@@ -65,7 +87,7 @@ def command(function: Command) -> Command:
             declared: Any = typer.Option if flags else typer.Argument
             info = declared(*flags, metavar=metavar, help=words, show_default=False)
             function.__annotations__[name] = Annotated[kind, info]
-    app.command(help=text)(function)
+    app.command(help=text, cls=_Command)(function)
     return function
 
 
@@ -154,13 +176,16 @@ def named_by_option(options: Mapping[str, str]) -> Iterator[None]:
 
 def default_folder() -> Path:
     """Return the folder of results by default, which is made."""
+    return _made(RESULTS, "give a file with -o")
+
+
+def _made(folder: Path, way: str) -> Path:
     try:
-        RESULTS.mkdir(exist_ok=True)
+        folder.mkdir(exist_ok=True)
     except OSError as error:
-        raise OutputError(
-            f"cannot create the folder '{RESULTS}' ({error.strerror}); give a file with -o"
-        ) from None
-    return RESULTS
+        reason = "this is a file" if exists(folder) else error.strerror
+        raise OutputError(f"cannot create the folder '{folder}' ({reason}); {way}") from None
+    return folder
 
 
 def stem_of(source: str) -> str:
@@ -213,6 +238,7 @@ def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> 
     """Return the result file of each scenario; of several it is checked that all can be written.
 
     The output is a folder, which exists or ends with a slash; for one scenario a file otherwise.
+    The folder is made, if there is one to make it in.
     """
     if output == STDIN:
         raise InputError("-o -: a result is written as HDF5, not printed; give a file name")
@@ -220,9 +246,6 @@ def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> 
     if output is not None and len(sources) == 1 and not is_folder:
         return [Path(output)]
     folder = default_folder() if output is None else Path(output)
-    if not isdir(folder):
-        reason = "this is a file" if exists(folder) else "there is no such folder, create it first"
-        raise OutputError(f"{folder}: expected a folder for the results; {reason}")
     targets: dict[Path, str] = {}
     for source in sources:
         target = folder / f"{stem_of(source)}.h5"
@@ -232,6 +255,7 @@ def targets_of(sources: Sequence[str], output: str | None, no_clobber: bool) -> 
                 " by one, each with its -o"
             )
         targets[target] = source
+    _made(folder, "give another folder with -o")
     if len(sources) > 1:
         from frictionsim.io.run_files import RunFiles
 

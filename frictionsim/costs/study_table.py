@@ -65,25 +65,55 @@ class Advice(NamedTuple):
     wanted: float
     floor: float | None  # reference uncertainty; None if it is unknown
     row: Row | None
-    tied: int  # settings whose times differ by chance; of several the evaluations decide
+    tied: int  # settings that times do not tell apart; of several the evaluations decide
+    timed_once: bool  # whether these have no spread
 
     @property
     def sentence(self) -> str:
         """The recommendation as text."""
-        goal = f"for {study_text(100 * self.wanted)} %"
+        return _sentence([self])
+
+    @property
+    def found(self) -> str:
+        """The setting as text; or why there is none."""
         if self.floor is not None and self.floor > self.wanted:
-            return f"{goal}: unknown, the reference uncertainty is {error_text(self.floor)}"
+            return f"unknown, the reference uncertainty is {error_text(self.floor)}"
         if self.row is None:
-            return f"{goal}: no setting reached it"
+            return "no setting reached it"
         row = self.row
         bodies = f"{row['bodies']:.0f} bodies, " if row.get("model") else ""
-        work = f"; the fewest evaluations of {self.tied} settings whose times differ by chance"
-        unknown = "; the reference uncertainty is unknown"
         return (
-            f"{goal}: {line_of(row)} with {bodies}{row['setting']},"
+            f"{line_of(row)} with {bodies}{row['setting']},"
             f" {short_text(row['wall_seconds'])} s, error {error_text(row['error'])}"
-            f"{work * (self.tied > 1)}{unknown * (self.floor is None)}"
         )
+
+
+def _sentence(advices: Sequence[Advice]) -> str:
+    """Return the recommendations of one setting, for one error or several, as text."""
+    first = advices[0]
+    goals = _listed([f"{study_text(100 * advice.wanted)} %" for advice in advices])
+    text = f"for {goals}: {first.found}"
+    if first.row is None:
+        return text
+    if max(advice.tied for advice in advices) > 1:
+        why = "whose times differ by chance"
+        if first.timed_once:
+            why = "that are so accurate (each was timed once: times are not compared)"
+        counts = _listed([*dict.fromkeys(str(advice.tied) for advice in advices)])
+        text += f"; the fewest evaluations of {counts} settings {why}"
+    return text + "; the reference uncertainty is unknown" * (first.floor is None)
+
+
+def _listed(texts: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(texts[:-1]), texts[-1])))
+
+
+def recommended_lines(table: CostTable) -> list[str]:
+    """Return the recommendations as sentences, one for the errors of which the setting is one."""
+    of_setting: dict[str, list[Advice]] = {}
+    for advice in recommendations(table):
+        of_setting.setdefault(advice.found, []).append(advice)
+    return [*map(_sentence, of_setting.values())]
 
 
 def recommendations(table: CostTable) -> list[Advice]:
@@ -107,18 +137,24 @@ def _cheapest(table: CostTable, wanted: float) -> Advice:
     tied = [row for row in rows if fastest and _may_be_as_fast(row, fastest)]
     row = min(tied, key=lambda row: float(row["rhs_evaluations"]), default=None)
     is_known = table.uncertainty or not table.references
-    return Advice(wanted, table.floor if is_known else None, row, len(tied))
+    timed_once = any(map(_is_timed_too_briefly, tied))
+    return Advice(wanted, table.floor if is_known else None, row, len(tied), timed_once)
 
 
 def _seconds(row: Row) -> float:
     return float(row["wall_seconds"])
 
 
+def _is_timed_too_briefly(row: Row) -> bool:
+    """Return whether it was a short run that was timed once: its spread is unknown."""
+    return bool(row.get("repeats") == 1 and _seconds(row) < SECONDS_OF_REPEATS)
+
+
 def _may_be_as_fast(row: Row, fastest: Row) -> bool:
     """Return whether the time of a row exceeds the least one by no more than their spread."""
 
     def spread(row: Row) -> float:
-        if row.get("repeats") == 1 and _seconds(row) < SECONDS_OF_REPEATS:
+        if _is_timed_too_briefly(row):
             return inf
         known = row.get("wall_spread", nan)
         return known if known == known else 0.0

@@ -59,6 +59,15 @@ class Comparison:
         """Whether everything agrees."""
         return all(row.ok for row in self.rows)
 
+    @property
+    def verdict(self) -> str:
+        """The verdict in words."""
+        differing = sum(not row.ok for row in self.rows)
+        return f"{differing} of {len(self.rows)} differ" if differing else "the files agree"
+
+    def __repr__(self) -> str:
+        return f"<frictionsim.Comparison: {self.verdict}>"
+
 
 class Tolerances(NamedTuple):
     """The tolerances of a comparison; `atol` in the unit of each row, `time` in s."""

@@ -19,7 +19,7 @@ import numpy as np
 from frictionsim.errors import InputError, near_files
 from frictionsim.io.checksum import is_damaged
 from frictionsim.io.names import PARTIAL, RUNS, unfinished_beside
-from frictionsim.io.output_file import SUFFIXES, UNFINISHED_SWEEP
+from frictionsim.io.output_file import COSTS, SUFFIXES, UNFINISHED_SWEEP
 from frictionsim.io.result_format import (
     COUNTS,
     FORMAT_VERSION,
@@ -263,6 +263,8 @@ def _open_problem(path: Path) -> str:
         return "this is a device or a pipe; give the name of a result file"
     if path.suffix == ".toml":
         return f"this is a scenario; 'frictionsim solve {path}' makes a result of it"
+    if COSTS.recognises(path):
+        return f"this is a table of costs; 'frictionsim report {path}' shows it"
     return "it is not a readable HDF5 file"
 
 

@@ -8,12 +8,13 @@ from frictionsim.display import (
     DIGITS,
     MESH_DIGITS,
     MODE_WORDS,
+    cut_text,
     error_text,
     number_text,
     quantity_text,
     short_text,
 )
-from frictionsim.document import Block, Table
+from frictionsim.document import ABSENT, Block, Table
 from frictionsim.errors import InputError
 from frictionsim.results import Check, Quantities, Quantity, Transition
 from frictionsim.scenario.kinds import KINDS, KINDS_WITH_MESH, mechanism_module
@@ -26,7 +27,7 @@ Errors = Mapping[str, float | None]
 # Belts at rest on two meshes have the same pretension to some 1e-10.
 SAME_ON_MESHES = 1e-8
 ALONE = ("",)  # the labels of a single result
-AUDIT = (">value", ">limit", "verdict")
+AUDIT = (">value", ">limit", "verdict")  # of a single result
 
 
 class ReportedRun(NamedTuple):
@@ -191,13 +192,16 @@ def _difference(a: Quantity | None, b: Quantity | None) -> str:
 
 
 def audit_table(results: Sequence[Mapping[str, Check]], labels: Sequence[str] = ALONE) -> Table:
-    """Return the checks of the self-audits of results."""
-    parts = ("audit", *(f"{part}{_of(label)}" for label in labels for part in AUDIT))
-    rows = [
-        (name, *(cell for checks in results for cell in _check(checks.get(name))))
-        for name in dict.fromkeys(name for checks in results for name in checks)
-    ]
-    return Table(parts, rows, "Audit: a value above its limit is a reason not to trust the run")
+    """Return the checks of the self-audits of results; of several a column for each."""
+    names = dict.fromkeys(name for checks in results for name in checks)
+    caption = "Audit: a value above its limit is a reason not to trust the run"
+    if len(results) == 1:
+        rows = [(name, *_check(results[0].get(name))) for name in names]
+        return Table(("audit", *AUDIT), rows, caption)
+    headings = ("audit: value, limit", *(f">{label}" for label in labels))
+    cells = [[_check(checks.get(name)) for checks in results] for name in names]
+    together = [[f"{v}, {limit}  {verdict}" if v else "" for v, limit, verdict in c] for c in cells]
+    return Table(headings, [(n, *c) for n, c in zip(names, together, strict=True)], caption)
 
 
 def _check(check: Check | None) -> tuple[str, str, str]:
@@ -229,7 +233,6 @@ def _counts(runs: Sequence[ReportedRun]) -> Table:
     return Table(headings, [(words, *cells) for words, cells in rows.items()], "Solver statistics")
 
 
-ABSENT = "\N{EM DASH}"
 MAX_VALUE = 120  # characters of a value in a table
 
 
@@ -239,8 +242,11 @@ def event_cells(e: Transition, digits: int = DIGITS) -> tuple[str, ...]:
     return e.contact, MODE_WORDS[e.mode_from], MODE_WORDS[e.mode_to], *angle
 
 
-def differences(runs: Sequence[ReportedRun]) -> Block:
-    """Return the keys in which the scenarios of several runs differ, with their values."""
+def differences(runs: Sequence[ReportedRun], length: int = MAX_VALUE) -> Block:
+    """Return the keys in which the scenarios of several runs differ, with their values.
+
+    `length` is the most characters of a value.
+    """
     try:
         from frictionsim.scenario.toml_data import differing_keys
 
@@ -249,14 +255,17 @@ def differences(runs: Sequence[ReportedRun]) -> Block:
         return str(error)
     if not differing:
         return "The scenarios are the same."
-    rows = [(name, *map(_cell, values)) for name, values in differing.items()]
+    rows = [(name, *(_cell(v, length) for v in values)) for name, values in differing.items()]
     caption = f"Keys in which the scenarios differ; {ABSENT} where there is none"
     return Table(["key", *(run.label for run in runs)], rows, caption)
 
 
-def _cell(value: Any) -> str:
+def _cell(value: Any, length: int) -> str:
     text = ABSENT if value is None else _value(value)
-    return text if len(text) <= MAX_VALUE else f"{text[: MAX_VALUE - 3]}..."
+    if len(text) <= length or not isinstance(value, list):
+        return cut_text(text, length)
+    end = f"... {len(value)} in all]"
+    return text[: length - len(end)].rpartition(" ")[0] + f" {end}"  # after a whole value
 
 
 def _value(value: Any) -> str:

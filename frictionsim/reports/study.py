@@ -81,7 +81,7 @@ def sweep_page(sweep: SweepTable, parts: Document, source: str) -> str:
     """
     title, *lines = parts
     # The head of the page names the file, and what was set.
-    told = (f"sweep: {source or 'none'}", set_line(sweep.attributes))
+    told = (f"sweep: {source}", set_line(sweep.attributes))
     summary = [part for part in lines if part not in told]
     kept = kept_of(sweep)
     figure, note = sweep_figure(sweep)

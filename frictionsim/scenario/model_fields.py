@@ -69,6 +69,16 @@ def key_names(model: type[BaseModel] | None) -> list[str]:
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
+def keys_that_end_with(name: str, model: type[BaseModel]) -> list[str]:
+    """Return the keys in inner tables, not in their lists, whose last part is a name."""
+    found = []
+    for key in table_keys(model):
+        if key.table is not None and not (key.is_list or key.has_names):
+            inner = [name] * (name in key_names(key.table)) + keys_that_end_with(name, key.table)
+            found += [f"{key.name}.{one}" for one in inner]
+    return found
+
+
 def models_in(annotation: Any) -> Iterator[type[BaseModel]]:
     """Yield the models of tables in an annotation."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):

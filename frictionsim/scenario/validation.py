@@ -6,13 +6,14 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from frictionsim.errors import OUT_OF_RANGE, closest, unknown
-from frictionsim.scenario.model_fields import key_names, models_in, unit_of
+from frictionsim.scenario.model_fields import key_names, keys_that_end_with, models_in, unit_of
 from frictionsim.scenario.signal_tables import FORMS, NO_SIGNAL, NUMBER, SIGNAL_TAGS, SUM
 from frictionsim.scenario.toml_data import KeyPath
 
 TableModel = TypeVar("TableModel", bound=BaseModel)
 
 MAX_KEY_LENGTH = 60  # characters of a key in a message
+MAX_MEANT = 4  # keys that may be meant
 MAX_VALUE_LENGTH = 40  # characters of an invalid value in a message
 # What pydantic says in words of Python.
 WORDS = {
@@ -111,7 +112,7 @@ def _fault(error: Any, model: type[BaseModel], meant: str) -> tuple[KeyPath, str
     if kind == "inconsistent":
         return (*path, *context["where"]), context["message"]
     if kind == "extra_forbidden":
-        return path, unknown("key", str(path[-1]), [meant] if meant else key_names(table))
+        return path, _unknown_key(path, [meant] if meant else key_names(table), table)
     if kind == "missing":
         return path, f"missing; expected a number in {unit}" if unit else "missing"
     if kind in ("value_error", "assertion_error"):  # of a validator
@@ -125,6 +126,18 @@ def _fault(error: Any, model: type[BaseModel], meant: str) -> tuple[KeyPath, str
     if kind == NO_SIGNAL or (kind == "float_type" and error["loc"][-1] == NUMBER):
         words += f", or {FORMS}"
     return path, words if kind in WITH_COUNT else f"{words}, got {toml_text(error['input'])}"
+
+
+def _unknown_key(path: KeyPath, known: list[str], table: type[BaseModel] | None) -> str:
+    """Return the message for an unknown key; the keys of inner tables that end alike are named."""
+    name = str(path[-1])
+    inner = [] if table is None or closest(name, known) else keys_that_end_with(name, table)
+    if not 0 < len(inner) <= MAX_MEANT:
+        return unknown("key", name, known)
+    above = "".join(f"{part}." for part in path[:-1])
+    *others, last = (f"'{above}{key}'" for key in inner)
+    meant = f"{', '.join(others)} or {last}" if others else last
+    return f"unknown key '{name}' (did you mean {meant}?)"
 
 
 def _place(

@@ -147,7 +147,7 @@ def test_a_saved_result_is_read_as_it_was(overrides: dict[str, Any], tmp_path: P
     first = result.save(tmp_path / "a.h5")
     assert first.name == ("a.h5" if result.status == "done" else "a.partial.h5")
     reopened = fs.open(first)
-    assert (reopened.path, result.path) == (first, None)
+    assert (reopened.path, result.path) == (first, first)
     assert_same(reopened, result)
     second = reopened.save(tmp_path / "b.h5")
     assert_same(fs.open(second), result)

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 from typing import Any
+from unittest.mock import ANY
 
 import pytest
 
@@ -43,9 +44,29 @@ def test_each_is_checked_shown_and_saved_in_the_same_words(
         assert result.save(tmp_path / f"a{kind}") == tmp_path / f"a{kind}"
     assert (tmp_path / "a.png").read_bytes()[1:4] == b"PNG"
     assert (tmp_path / f"a{suffix}").read_bytes()[1:4] != b"PNG"
-    if suffix != ".h5":  # results of runs have any other name
-        with pytest.raises(fs.InputError, match=r"expected a name that ends in .*\.pdf or \.svg"):
-            result.save(tmp_path / "a.txt")
+    for name in ("a.txt", "a.json", "a.html", "a.gif", "a.jpg", "a.partial.md"):
+        with pytest.raises(fs.InputError, match=r"expected a name that ends in \..*\.pdf or \.svg"):
+            result.save(tmp_path / name)
+        assert not (tmp_path / name).exists()
+
+
+@pytest.mark.parametrize("name", ["a.h5", "a.HDF5", "a.nc", "a"])
+def test_a_result_that_is_saved_as_hdf5_is_in_that_file(name: str, tmp_path: Path) -> None:
+    made = [fs.solve("pulley", SHORT), fs.sweep("pulley", LOAD, SHORT, workers=1)]
+    for result, read in zip(made, (fs.open, fs.open_sweep), strict=True):
+        said = result.summary()
+        assert "none" not in said.splitlines()[-1]
+        path = tmp_path / type(result).__name__ / name
+        path.parent.mkdir()
+        result.save(path.with_name("a.png"))
+        assert result.path is None
+        assert result.save(path) == result.path == path
+        assert result.summary().splitlines() == [*said.splitlines(), ANY]
+        assert result.summary().endswith(f": {path}")
+        assert read(path).to_json()["quantities"] == result.to_json()["quantities"]
+        # A copy of what is in a file leaves it there.
+        result.save(path.with_name("copy.h5"))
+        assert result.path == path
 
 
 def test_what_cannot_be_trusted_is_raised_with_the_exit_code_of_its_command() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.display import number_text
 from tests.support.cases import one_in, slow
 
 
@@ -123,3 +124,17 @@ def test_periods_that_differ_are_warned_of(frequency: float) -> None:
 def test_a_sweep_says_what_its_means_are() -> None:
     swept = fs.sweep(belt({"speed": 10.0}, 0.01), vary={"drive.a.speed": [5.0, 10.0]}, workers=1)
     assert "weighted mean" in swept["slip_percent"].attrs["long_name"]
+
+
+def test_a_sweep_shows_the_digits_that_a_run_shows() -> None:
+    """Three where the mesh decides, as of the slip: a sweep showed six, which it has of others."""
+    scenario, key = belt({"speed": 10.0}, 0.01), "drive.a.speed"
+    swept = fs.sweep(scenario, {key: [6.0]}, workers=1)
+    alone = fs.solve(scenario, {key: 6.0})
+    lines = (each.summary().splitlines() for each in (swept, alone))
+    in_sweep, in_run = ({line.split()[0]: [*line.split(), ""][1] for line in of} for of in lines)
+    of_mesh = {name for name in alone.quantities if "slip" in name or "tension_" in name}
+    assert len(of_mesh) > 3
+    for name, quantity in alone.quantities.items():
+        six = number_text(quantity.value, 6)
+        assert in_sweep[name] in ({in_run[name]} if name in of_mesh else {in_run[name], six})

@@ -57,6 +57,24 @@ def test_output_is_a_folder_or_the_only_file(told: Run, here: Path) -> None:
     assert sorted(str(path.relative_to(here)) for path in here.rglob("*")) == written
 
 
+def test_a_folder_of_results_is_made_beside_what_is_there(told: Run) -> None:
+    for folder, scenarios in (
+        ("one/", [PULLEY]),
+        ("two", [PULLEY, RETURN]),
+        ("two/three/", [RETURN]),
+    ):
+        assert told("solve", *scenarios, "-q", "-o", folder) == ("", "")
+        names = [Path(folder, Path(scenario).stem).with_suffix(".h5") for scenario in scenarios]
+        assert [*map(h5py.is_hdf5, names)] == [True] * len(names)
+    for folder, why in (
+        ("a/b/", "No such file or directory"),
+        ("one/pulley.h5/", "this is a file"),
+    ):
+        _, err = told("solve", PULLEY, "-q", "-o", folder, code=4)
+        assert f"cannot create the folder '{Path(folder)}' ({why})" in err
+    assert not Path("a").exists()
+
+
 def test_warnings_of_several_name_the_scenario(told: Run) -> None:
     for scenarios, prefix in ([PULLEY], "warning: "), ([PULLEY, RETURN], f"warning: {PULLEY}: "):
         _, err = told("solve", *scenarios, "--set", "solver.duration=0.2", "-q")

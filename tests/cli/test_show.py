@@ -151,3 +151,11 @@ def test_several_results_are_shown_side_by_side(told: Run) -> None:
     shown = re.search(r"breakaway_time +(\S+) +(\S+)", out)
     assert shown is not None
     assert [float(text) for text in shown.groups()] == pytest.approx(times, rel=1e-9)
+
+
+@pytest.mark.parametrize("command", ["show", "plot", "resume"])
+def test_a_table_of_costs_is_said_to_be_one(command: str, told: Run) -> None:
+    fast = ("--set", "solver.duration=0.5", "--repeats", "1", "--tolerances", "1e-3")
+    told("cost", "pulley", *fast, "--backends", "events", "--csv", "cost.csv")
+    _, err = told(command, "cost.csv", code=2)
+    assert err.endswith("this is a table of costs; 'frictionsim report cost.csv' shows it\n")

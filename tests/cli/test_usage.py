@@ -36,7 +36,11 @@ def test_each_command_has_help(command: str, told: Run) -> None:
     assert err == ""
     # Placeholders look alike; of what an option does, the default is the last.
     usage = out.partition("\n")[0].partition("[OPTIONS]")[2]
-    assert re.fullmatch(r"( \{[A-Z]+\}(\.\.\.)?| \[[A-Z]+\])*", usage)
+    assert re.fullmatch(r"( [A-Z]+(\.\.\.)?| \[[A-Z]+\])*", usage)
+    placeholders = [word.strip("[]") for word in usage.split()]
+    arguments = out.partition("\nArguments:\n")[2].partition("\nOptions:\n")[0]
+    # No types of Python are beside them.
+    assert re.findall(r"^  (\S.*?)  ", arguments, re.MULTILINE) == placeholders
     assert "] May be repeated" not in " ".join(out.split())
     assert told(command, "-h") == (out, "")
 

@@ -59,5 +59,5 @@ def made_table(
 def said_of(path: Path) -> list[str]:
     """Return what the report of a table recommends."""
     page = fs.report(path, path.with_suffix(".html")).read_text(encoding="utf-8")
-    found = re.findall(r">\s*(for [0-9.]+ %[^<]*?)\s*<", html.unescape(page))
+    found = re.findall(r">\s*(for [0-9., and%]+ ?%:[^<]*?)\s*<", html.unescape(page))
     return [sentence.replace("\N{MINUS SIGN}", "-") for sentence in found]

@@ -139,6 +139,6 @@ def test_the_report_of_a_table_of_the_command_says_what_the_terminal_said(
         assert re.fullmatch(r"\S.*: error against run time", heading)
         assert heading in page
         wanted = [line for line in lines if line.startswith(("for ", "reference", "set: "))]
-        assert len(wanted) == 6  # overrides, references, their uncertainty, and three goals
+        assert len(wanted) >= 4  # overrides, references, their uncertainty, and goals
         for line in wanted:
             assert line in page

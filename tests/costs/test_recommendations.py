@@ -1,6 +1,7 @@
 """What a study recommends: the cheapest setting that suffices."""
 
 import random
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,18 @@ from tests.support.scenarios import ROOT, pulley
 
 PERCENT = (1.0, 0.1, 0.01)
 BY_WORK = "; the fewest evaluations of 2 settings whose times differ by chance"
+ONCE = "that are so accurate (each was timed once: times are not compared)"
+
+
+def one_by_one(sentences: list[str]) -> list[str]:
+    """Return a sentence for each error."""
+    pairs = (sentence.removeprefix("for ").split(": ", 1) for sentence in sentences)
+    return [f"for {goal}: {text}" for goals, text in pairs for goal in re.split(", | and ", goals)]
 
 
 def recommended(path: Path, rows: list[dict[str, Any]], uncertainty: Any = None) -> list[str]:
     """Return the methods for 1 %, 0.1 % and 0.01 %; else why there is none."""
-    said = said_of(made_table(path / "a.csv", rows, uncertainty))
+    said = one_by_one(said_of(made_table(path / "a.csv", rows, uncertainty)))
     goals, methods = zip(*(sentence.split(": ", 1) for sentence in said), strict=True)
     assert goals == tuple(f"for {percent:g} %" for percent in PERCENT)
     return [text.split(" with ")[0] for text in methods]
@@ -52,13 +60,30 @@ def test_nothing_beats_what_is_recommended(seed: int, tmp_path: Path) -> None:
 def test_short_runs_that_were_timed_once_are_compared_by_evaluations(tmp_path: Path) -> None:
     rows = [made_row("fast", 1e-9, 0.1, 90, repeats=1), made_row("few", 1e-9, 0.2, 40, repeats=1)]
     sentence = said_of(made_table(tmp_path / "a.csv", rows))[0]
-    assert sentence.startswith("for 1 %: few with rtol 1, 0.2 s")
-    assert sentence.endswith(BY_WORK)
+    assert sentence.startswith("for 1 %, 0.1 % and 0.01 %: few with rtol 1, 0.2 s")
+    assert sentence.endswith(f"; the fewest evaluations of 2 settings {ONCE}")
     # There is nothing to compare a single one with.
     assert said_of(made_table(tmp_path / "b.csv", rows[:1]))[0].endswith("error 1.0e-09")
     # A run of more than a second is never repeated; its time is known well enough.
     long = [made_row("fast", 1e-9, 1.1, 90, repeats=1), made_row("few", 1e-9, 2.0, 40, repeats=1)]
     assert recommended(tmp_path, long)[0] == "fast"
+
+
+@pytest.mark.parametrize("errors", [(1e-9,) * 3, (2e-3, 1e-9, 5e-4), (1e-9, 2e-4, 5e-3)])
+def test_one_sentence_says_which_setting_suffices_for_several_errors(
+    errors: tuple[float, float, float], tmp_path: Path
+) -> None:
+    """Of settings that were timed once times are not compared, from 2 ms to 1.5 s."""
+    work = [100 * (error > 1e-8) + 40 for error in errors]
+    rows = [
+        made_row(str(i), errors[i], (0.002, 0.1, 1.47)[i], work[i] + i, repeats=1) for i in range(3)
+    ]
+    best = work.index(40)
+    counts = [sum(error <= percent / 100 for error in errors) for percent in PERCENT]
+    (sentence,) = said_of(made_table(tmp_path / "a.csv", rows))
+    assert sentence.startswith(f"for 1 %, 0.1 % and 0.01 %: {best} with rtol 1, ")
+    shown = " and ".join(map(str, dict.fromkeys(counts))).replace(" and ", ", ", len({*counts}) - 2)
+    assert sentence.endswith(f"; the fewest evaluations of {shown} settings {ONCE}")
 
 
 @pytest.mark.parametrize(
@@ -73,9 +98,8 @@ def test_times_that_differ_by_less_than_their_spread_do_not_decide(
         made_row(name, 1e-9, seconds, evaluations, **{"wall_spread [s]": spread})
         for (name, seconds, evaluations), spread in zip(known, (*spreads, 0.0), strict=True)
     ]
-    (sentence,) = {
-        text.partition(": ")[2] for text in said_of(made_table(tmp_path / "a.csv", rows))
-    }
+    (told,) = said_of(made_table(tmp_path / "a.csv", rows))
+    sentence = told.removeprefix("for 1 %, 0.1 % and 0.01 %: ")
     expected = ("fast with rtol 1, 1 s", "few with rtol 1, 1.1 s")[said]
     assert sentence == f"{expected}, error 1.0e-09{BY_WORK * said}"
 
@@ -89,7 +113,10 @@ def test_a_study_of_single_runs_goes_by_evaluations() -> None:
         found = [advice[name] for name in ("law", "backend", "setting", "overrides")]
         assert found == [best[name] for name in ("law", "backend", "setting", "overrides")]
         assert "fewest evaluations" in advice["sentence"]
-    assert study.recommendations == [advice["sentence"] for advice in told["recommendations"]]
+        assert ONCE in advice["sentence"]
+        method = advice["sentence"].partition(": ")[2].partition(";")[0]
+        (line,) = (line for line in study.recommendations if method in line)
+        assert f"{100 * advice['wanted']:g} %" in line
 
 
 def test_nothing_is_recommended_below_the_reference_uncertainty(tmp_path: Path) -> None:
@@ -120,7 +147,7 @@ def test_a_mesh_on_which_errors_cancel_is_not_recommended(tmp_path: Path) -> Non
     rows += [row("string", 600, 5e-3, 9.0), row("polygon", 30, 0.5, 0.1)]
     said = said_of(made_table(tmp_path / "a.csv", rows))
     assert said[0] == "for 1 %: moreau, string with 600 bodies, rtol 1, 9 s, error 5.0e-03"
-    assert said[1] == "for 0.1 %: no setting reached it"
+    assert said[1] == "for 0.1 % and 0.01 %: no setting reached it"
 
 
 @pytest.mark.parametrize(
@@ -140,7 +167,7 @@ def test_a_mesh_on_which_errors_cancel_is_not_recommended(tmp_path: Path) -> Non
 def test_shipped_tables_recommend_what_they_did(name: str, said: list[str], tmp_path: Path) -> None:
     copy = tmp_path / "a.csv"
     copy.write_bytes((ROOT / "results" / f"{name}_cost.csv").read_bytes())
-    found = said_of(copy)
+    found = one_by_one(said_of(copy))
     assert len(found) == 3
     for sentence, percent, words in zip(found, PERCENT, said, strict=True):
         assert sentence.startswith(f"for {percent:g} %: {words}")

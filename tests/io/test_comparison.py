@@ -105,7 +105,7 @@ FOREIGN = "it is HDF5, but not a frictionsim result"
 # An edit, options, the exit code, and a pattern of what is printed.
 CASES: dict[str, tuple[Edit, str, int, str]] = {
     "no tolerances": (nothing, "--rtol 0 --atol 0 --time-atol 0", 0, ""),
-    "a value": (FAR, "", 1, r"\nangle +different +\S+ +\S+ +rad +0\.01 "),
+    "a value": (FAR, "", 1, r"\nangle at 3 s +different +\S+ +\S+ +rad +0\.01 "),
     "within a wider rtol": (FAR, "--rtol 1e-3", 0, ""),
     "within a wider atol": (FAR, "--atol 0.1", 0, ""),
     "left out": (FAR, "--ignore angle", 0, ""),
@@ -313,3 +313,9 @@ def test_missing_sides_of_events_are_not_compared(compare: Compare) -> None:
     code, table = compare(without("events/friction_torque_after"))
     assert code == 0
     assert "events/friction_torque" not in {row[0] for row in rows(table)}
+
+
+def test_a_comparison_is_shown_by_its_verdict(golden: Path) -> None:
+    loads = (golden, fs.solve(pulley(mechanism__load=2000.0)))
+    for other, verdict in zip(loads, ("the files agree", r"\d+ of \d+ differ"), strict=True):
+        assert re.fullmatch(f"<frictionsim.Comparison: {verdict}>", repr(fs.compare(other, golden)))

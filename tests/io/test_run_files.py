@@ -136,7 +136,7 @@ def test_solve_says_that_nothing_was_written(capsys: pytest.CaptureFixture[str])
     assert "no samples were computed; a.h5 is unchanged" in captured.err
     assert Path("a.partial.h5").read_bytes() == before
     assert fs.run_command_line(["solve", PULLEY, "-o", "a.h5", *NO_TIME]) == 5
-    assert "result: none\n" in capsys.readouterr().out
+    assert "result: " not in capsys.readouterr().out
 
 
 def test_checkpoints_keep_a_complete_result_and_are_removed() -> None:

@@ -33,3 +33,20 @@ def test_the_key_that_is_meant_is_suggested(table: str, written: str, meant: str
         fs.load("pulley", {**force, f"{table}.{written}": {}})
     suggested = re.findall(r"did you mean '(\w+)'", str(refused.value))
     assert suggested == ([meant] if meant else [])
+
+
+@pytest.mark.parametrize(
+    ("scenario", "key", "meant"),
+    [
+        ("pulley", "rtol", "'solver.rtol'"),
+        ("pulley", "mu_s", "'effects.shaft_friction.mu_s' or 'effects.cord_friction.mu_s'"),
+        ("pulley", "effects.wrap_deg", "'effects.cord_friction.wrap_deg'"),
+        ("shaft", "stiffness", "'effects.torsion_spring.stiffness'"),
+        ("epicyclic", "planet_mass", "'mechanism.planet_mass'"),
+    ],
+)
+def test_a_key_without_its_tables_is_completed(scenario: str, key: str, meant: str) -> None:
+    with pytest.raises(fs.ScenarioError) as caught:
+        fs.load(scenario, [f"{key}=1.5"])
+    name = key.rpartition(".")[2]
+    assert str(caught.value) == f"--set: {key}: unknown key '{name}' (did you mean {meant}?)"
