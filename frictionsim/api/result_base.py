@@ -77,6 +77,8 @@ class ResultBase(ABC):
         target = as_path("path", path)
         writers = {**self._writers, **dict.fromkeys(PICTURES, self.save_picture)}
         suffix = whole_name(target).suffix.lower()
+        if suffix[1:].isdecimal():  # run_0.3 has no ending
+            suffix = ""
         if suffix not in writers:
             *ends, last = filter(None, writers)
             raise InputError(f"{target}: expected a name that ends in {', '.join(ends)} or {last}")

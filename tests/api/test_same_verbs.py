@@ -82,3 +82,9 @@ def test_what_cannot_be_trusted_is_raised_with_the_exit_code_of_its_command() ->
         with pytest.raises(fs.SolverError, match=words) as raised:
             result.check()
         assert raised.value.exit_code == result.exit_code != 0
+
+
+def test_a_number_behind_a_point_is_no_ending(tmp_path: Path) -> None:
+    result = fs.solve("pulley")
+    assert result.save(tmp_path / "run_0.3") == tmp_path / "run_0.3" == result.path
+    assert fs.open(tmp_path / "run_0.3").status == "done"
