@@ -158,14 +158,6 @@ def drawn(result: fs.Result) -> bytes:
 
 
 @pytest.mark.slow
-def test_threads_draw_the_pictures_of_one() -> None:
-    results = [solved(name) for name in ("pulley", "epicyclic")]
-    expected = [drawn(result) for result in results]
-    with ThreadPoolExecutor(4) as pool:
-        assert list(pool.map(drawn, results * 2)) == expected * 2
-
-
-@pytest.mark.slow
 def test_threads_write_results_at_once(tmp_path: Path) -> None:
     whole, source = tmp_path / "whole.h5", SCENARIOS / "pulley.toml"
     fs.solve(source, output=whole)
