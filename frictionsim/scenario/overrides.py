@@ -41,13 +41,14 @@ def _texts_or_items(overrides: Overrides) -> list[Any]:
     if isinstance(overrides, Mapping):
         return list(overrides.items())
     several = isinstance(overrides, Iterable) and not isinstance(overrides, str)
-    for text in overrides if several else [overrides]:
+    texts = list(overrides) if several else [overrides]
+    for text in texts:
         if not several or not isinstance(text, str):
             raise InputError(
                 'overrides: expected a mapping as {"solver.rtol": 1e-9}, or texts KEY=VALUE, got'
                 f" {text!r}"
             )
-    return list(overrides)
+    return texts
 
 
 def _entry(entry: Any, mapping: str) -> tuple[str, Any, str, str]:

@@ -203,8 +203,8 @@ class SetValued(Law):
 
         if excess(a) > 0.0 or excess(b) <= 0.0:
             return a, a
-        held, t = bracket_root(excess, a, b, ulp(b))  # near zero times have digits beyond a step's
-        return (a, a) if held == a else (held, t)
+        held, t = bracket_root(excess, a, b)
+        return (a, a) if t < ulp(b) else (held, t)  # a time near zero has digits beyond a step's
 
     def _rest(self, step: Any, mode: int) -> float:
         """Return the time at which the velocity became zero in a step, s."""
