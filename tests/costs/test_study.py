@@ -280,7 +280,8 @@ def test_the_command_writes_and_names_table_and_picture(
     shown = cli(*command, "--csv", "b.csv").stdout.splitlines()
     assert shown[1] == "set: solver.duration = 1"
     assert shown[-1] == "table: b.csv"
-    assert shown[-2].startswith("for ") and "0.01 %: " in shown[-2]
+    assert shown[-2].startswith("for ")
+    assert "0.01 %: " in shown[-2]
 
 
 def test_files_that_cannot_be_written_cost_no_result(
