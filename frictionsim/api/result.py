@@ -314,7 +314,7 @@ class Result(ResultBase):
         Raises
         ------
         InputError
-            If the result has no channel of a name.
+            If the result has no channel of a name, or no sample between the times.
         """
         import numpy as np
 
@@ -325,6 +325,9 @@ class Result(ResultBase):
         time = self.record.time
         first = 0 if start is None else int(np.searchsorted(time, start, "left"))
         last = len(time) if stop is None else int(np.searchsorted(time, stop, "right"))
+        if first >= last and time.size and (start, stop) != (None, None):
+            ends = f"the samples are from {time[0]:.9g} s to {time[-1]:.9g} s"
+            raise InputError(f"no sample is between the times that are given; {ends}")
         names = list(dict.fromkeys(("time", *(channels or known))))
         _write_lines(self.record, names, slice(first, last), file)
 

@@ -140,6 +140,8 @@ def test_channels_and_times_of_the_csv_are_chosen_and_written(told: Run) -> None
     assert Path("a.csv").read_text() == printed
     assert "did you mean 'angle'" in told("show", "a.h5", "--csv", "--channels", "angel", code=2)[1]
     assert "--from: it applies to --csv" in told("show", "a.h5", "--from", "1", code=2)[1]
+    for times in (("--from", "5"), ("--from", "2", "--to", "1"), ("--to", "-1")):
+        assert "no sample is between" in told("show", "a.h5", "--csv", *times, code=2)[1]
 
 
 def test_several_results_are_shown_side_by_side(told: Run) -> None:
