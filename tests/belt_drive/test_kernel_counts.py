@@ -12,7 +12,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.cli.commands import run_command_line
-from frictionsim.mechanisms.belt_drive import numba_kinds
+from frictionsim.mechanisms.belt_drive import kernel_folder, numba_kinds
 from tests.support.scenarios import ROOT, SCENARIOS
 
 # A large function more is 0.15 s more on one core; seven make a second. Loops over vectors are
@@ -69,12 +69,11 @@ def doubled(x: float) -> float:
     return 2.0 * x
 
 
+@pytest.mark.parametrize("inside", ["options.DefaultOptions._nrt", "compiler.Flags.noalias"])
 def test_without_the_insides_of_numba_kernels_are_slower_and_no_more(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    inside: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    from numba.core.options import DefaultOptions
-
-    monkeypatch.delattr(DefaultOptions, "_nrt")
+    monkeypatch.delattr(f"numba.core.{inside}")
     spec = spec_from_file_location("numba_kinds_of_another_numba", numba_kinds.__file__)
     assert spec is not None
     assert spec.loader is not None
@@ -88,3 +87,11 @@ def test_without_the_insides_of_numba_kernels_are_slower_and_no_more(
     monkeypatch.undo()
     twice = kinds.loop(doubled)
     assert kinds.kernel(lambda x: twice(x))(2.0) == 4.0
+
+
+def test_kernels_are_kept_where_numba_tells_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delattr("numba.core.compiler.CompilerBase")
+    assert kernel_folder.kept_in(None) == {}
+    assert kernel_folder.kept_in(kernel_folder.folder_of_build()).keys() <= {"cache"}

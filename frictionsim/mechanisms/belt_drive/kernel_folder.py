@@ -103,23 +103,29 @@ def kept_in(folder: Path | None) -> dict[str, Any]:
     file `.numba_config.yaml` where the user is.
     """
     import numba
-    from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
-    passes: Any = DefaultPassBuilder
+    options: dict[str, Any] = {}
+    try:
+        from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
-    class Announced(CompilerBase):
-        """Numba's compiler, which tells that it begins."""
+        passes: Any = DefaultPassBuilder
 
-        def define_pipelines(self) -> list[Any]:
-            for tell in listeners:
-                tell()
-            return [passes.define_nopython_pipeline(self.state)]
+        class Announced(CompilerBase):
+            """Numba's compiler, which tells that it begins."""
 
+            def define_pipelines(self) -> list[Any]:
+                for tell in listeners:
+                    tell()
+                return [passes.define_nopython_pipeline(self.state)]
+
+        options["pipeline_class"] = Announced
+    except ImportError as error:
+        LOG.info("compilations are not announced: numba has no such insides (%s)", error)
     if folder is None:
-        return {"pipeline_class": Announced}
+        return options
     config: Any = numba.config
     config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = str(folder), ""
-    return {"pipeline_class": Announced, "cache": True}
+    return {**options, "cache": True}
 
 
 # --- the folder ---------------------------------------------------------------------------------
