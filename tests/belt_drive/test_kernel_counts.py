@@ -12,7 +12,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.cli.commands import run_command_line
-from frictionsim.mechanisms.belt_drive import kernel_folder, numba_kinds
+from frictionsim.mechanisms.belt_drive import numba_kinds
 from tests.support.scenarios import ROOT, SCENARIOS
 
 # A large function more is 0.15 s more on one core; seven make a second. Loops over vectors are
@@ -83,15 +83,8 @@ def test_without_the_insides_of_numba_kernels_are_slower_and_no_more(
     assert "_nrt" in numba_kinds.OPTIONS
     assert "_nrt" not in kinds.OPTIONS
     assert not kinds.DISJOINT
+    assert not kinds.ANNOUNCED
     assert "kernels of belts will be slower" in caplog.text
     monkeypatch.undo()
     twice = kinds.loop(doubled)
     assert kinds.kernel(lambda x: twice(x))(2.0) == 4.0
-
-
-def test_kernels_are_kept_where_numba_tells_nothing(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.delattr("numba.core.compiler.CompilerBase")
-    assert kernel_folder.kept_in(None) == {}
-    assert kernel_folder.kept_in(kernel_folder.folder_of_build()).keys() <= {"cache"}

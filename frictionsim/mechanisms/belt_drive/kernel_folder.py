@@ -104,28 +104,11 @@ def kept_in(folder: Path | None) -> dict[str, Any]:
     """
     import numba
 
-    options: dict[str, Any] = {}
-    try:
-        from numba.core.compiler import CompilerBase, DefaultPassBuilder
-
-        passes: Any = DefaultPassBuilder
-
-        class Announced(CompilerBase):
-            """Numba's compiler, which tells that it begins."""
-
-            def define_pipelines(self) -> list[Any]:
-                for tell in listeners:
-                    tell()
-                return [passes.define_nopython_pipeline(self.state)]
-
-        options["pipeline_class"] = Announced
-    except ImportError as error:
-        LOG.info("compilations are not announced: numba has no such insides (%s)", error)
     if folder is None:
-        return options
+        return {}
     config: Any = numba.config
     config.CACHE_DIR, config.CACHE_LOCATOR_CLASSES = str(folder), ""
-    return {**options, "cache": True}
+    return {"cache": True}
 
 
 # --- the folder ---------------------------------------------------------------------------------
