@@ -212,6 +212,8 @@ def check(scenarios: list[str], overrides: OverridesOption = None, as_json: AsJs
 
     SCENARIO  Scenarios in TOML, names of shipped ones, or folders; - reads the standard input.
     """
+    from frictionsim.api.scenarios import warnings_before_run
+
     check_read_once(scenarios)
     code, reports = EXIT_DONE, []
     for source in scenarios_in(scenarios):
@@ -224,7 +226,7 @@ def check(scenarios: list[str], overrides: OverridesOption = None, as_json: AsJs
             data |= {"ok": False, "faults": error.faults}
             code = error.exit_code
         else:
-            warnings, effects = loaded.warnings(), loaded.effect_names
+            warnings, effects = warnings_before_run(loaded), loaded.effect_names
             if not as_json:
                 named = ", ".join(effects) or "none"
                 print_text(f"{source}: ok; effects {named}; backend {loaded.solver.backend}")
