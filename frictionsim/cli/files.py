@@ -95,9 +95,15 @@ def _print_csv(content: "fs.Result | Sweep", output: Path | None, chosen: dict[s
     if output is not None:
         print_text(str(content.save_csv(output, **chosen)))
         return
+    from frictionsim.io.result_csv import write_lines as write_samples
+    from frictionsim.sweeps.sweep_csv import write_lines as write_runs
+
     stdout = Stdout()
     with suppress(ReaderGone):
-        content.write_csv(stdout, **chosen)
+        if isinstance(content, fs.Result):
+            write_samples(content.record, stdout, **chosen)
+        else:
+            write_runs(content.table, stdout)
         stdout.flush()
 
 

@@ -51,6 +51,7 @@ def print_end(result: "Result", whole: "Path | None") -> None:
 
     `whole` is the file of the complete run; None for a result that is shown again.
     """
+    from frictionsim.api.result import checkpoint_of
     from frictionsim.scenario.methods import METHODS
 
     place = result.path
@@ -67,7 +68,7 @@ def print_end(result: "Result", whole: "Path | None") -> None:
         print_error(f"samples up to this time are in {place}, status '{result.status}'{unchanged}")
     backend = result.record.attributes["backend"]
     with suppress(InputError):
-        if result.load_checkpoint():
+        if checkpoint_of(result):
             print_error(f"'frictionsim resume {place}' continues the run")
             return
     method = METHODS.get(backend)
