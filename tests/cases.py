@@ -247,6 +247,7 @@ CASES = [
     Case("shaft", "rkf45", {"solver__duration": 1.0}, mirror=OF_SHAFT),
     Case("hoist_drum", golden=EXACT, mirror=OF_SHAFT, sampled=PEAKS),
     Case("hoist_drum", "rkf45", SHORTER, mirror=OF_SHAFT, sampled=PEAKS, slow=True),
+    Case("stick_slip", golden=EXACT, mirror=OF_SHAFT),
     Case("swing_door", golden=EXACT, mirror=OF_SHAFT, sampled=PEAKS, model="stops"),
     Case(
         "swing_door",
