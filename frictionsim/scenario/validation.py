@@ -7,7 +7,7 @@ from pydantic import BaseModel, ValidationError
 
 from frictionsim.errors import OUT_OF_RANGE, closest, unknown
 from frictionsim.scenario.model_fields import key_names, keys_that_end_with, models_in, unit_of
-from frictionsim.scenario.signal_tables import FORMS, NO_SIGNAL, NUMBER, SIGNAL_TAGS, SUM
+from frictionsim.scenario.signal_tables import FORMS, NO_SIGNAL, NUMBER, ONE, SIGNAL_TAGS, SUM
 from frictionsim.scenario.toml_data import KeyPath
 
 TableModel = TypeVar("TableModel", bound=BaseModel)
@@ -151,7 +151,7 @@ def _place(
     here: type[BaseModel] | None = model
     table, unit = here, ""
     for part in location:
-        if part in (NUMBER, SUM):
+        if part in (NUMBER, SUM, ONE):
             continue
         if part in SIGNAL_TAGS:
             here = SIGNAL_TAGS[str(part)]

@@ -94,6 +94,7 @@ from frictionsim.mechanisms.belt_drive.kernels import (
     rim_of,
     search,
     update_modes,
+    work_of,
 )
 from frictionsim.mechanisms.belt_drive.numba_kinds import kernel, loop, part
 
@@ -412,17 +413,22 @@ def rub_in_step(
     after: float,
     acc: Accelerations,
     c: Contact,
+    worn: Array | None,
 ) -> tuple[float, float]:
     """Add the friction of bodies a to e on a rim; return its impulse, N s, and its heat, J.
 
-    The velocities of the rim are m/s. `slip` becomes that at the end.
+    The velocities of the rim are m/s. `slip` becomes that at the end. Each body's heat adds to
+    worn.
     """
     heat = force = 0.0
     for k in range(np.uint64(a), np.uint64(e)):
         needed = c.yields[k] * (after + c.bias[k])
         t = min(max(needed, -c.backward[k]), c.forward[k])
         left = after + c.bias[k] - t / c.yields[k]
-        heat += 0.5 * t * (before - c.slip[k] + left + c.turned[k])
+        own = 0.5 * t * (before - c.slip[k] + left + c.turned[k])
+        heat += own
+        if worn is not None:
+            worn[k] += own
         force += t
         c.slip[k], c.friction[k], c.sticking[k] = left, t, 1.0 if t == needed else 0.0
         along = c.kappa[k] * t * (1.0 / (mass * h))
@@ -460,6 +466,7 @@ def slide_in_step(
     old: Array,
     new: Array,
     c: Contact,
+    worn: Array | None,
 ) -> tuple[float, float]:
     """Add the friction of points a to e on a line; return its impulse, N s, and its heat, J."""
     force = heat = 0.0
@@ -468,7 +475,10 @@ def slide_in_step(
         t = min(max(needed, -c.backward[k]), c.forward[k])
         v = new[k] + sense * t / mass
         left = after - sense * v
-        heat += 0.5 * t * (before - sense * old[k] + left)
+        own = 0.5 * t * (before - sense * old[k] + left)
+        heat += own
+        if worn is not None:
+            worn[k] += own
         force += t
         new[k], c.slip[k], c.friction[k] = v, left, t
         c.sticking[k] = 1.0 if t == needed else 0.0
@@ -965,6 +975,7 @@ def integrate_plane(
     damping: float | None,
     axial: float | None,
     bending: float | None,
+    wear: bool | None,
 ) -> bool:
     """Take steps of length h, s, of bodies in the plane; return whether the state is finite.
 
@@ -1019,8 +1030,8 @@ def integrate_plane(
         for r in range(b.n_runs[0]):
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
             before, after = rim_speeds(b.pul, j)
-            c = contact_of(b.con, j)
-            force, heat = rub_in_step(a, e, h, b.mass, before, after, acc, c)
+            c, worn = contact_of(b.con, j), work_of(wear, y, j, b)
+            force, heat = rub_in_step(a, e, h, b.mass, before, after, acc, c, worn)
             b.pul[PULL, j] += force
             rubbed += heat
         if damping is not None:
@@ -1046,6 +1057,7 @@ def integrate_line(
     damping: float | None,
     axial: float | None,
     line: Line,
+    wear: bool | None,
 ) -> bool:
     """Take steps of length h, s, of points on a line, as `integrate_plane`."""
     counts, y, y_old, pul = s.counts, s.y, s.y_old, b.pul
@@ -1080,7 +1092,8 @@ def integrate_line(
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
             c, sense = contact_of(b.con, j), line.senses[j]
             before, after = rim_speeds(pul, j)
-            force, heat = slide_in_step(a, e, b.mass, sense, before, after, v, new, c)
+            worn = work_of(wear, y, j, b)
+            force, heat = slide_in_step(a, e, b.mass, sense, before, after, v, new, c, worn)
             pul[PULL, j] += force
             rubbed += heat
         if damping is not None:
@@ -1301,9 +1314,9 @@ class MoreauStepper:
         before, (h, _, axial, bending, _) = self.t, self._plan
         b, s, d, distinct = self._stepped, self._state, self._dampers, self._distinct
         if b.line is None:
-            sound = integrate_plane(steps, h, distinct, s, b, d, b.damping, axial, bending)
+            sound = integrate_plane(steps, h, distinct, s, b, d, b.damping, axial, bending, b.wear)
         else:
-            sound = integrate_line(steps, h, distinct, s, b, d, b.damping, axial, b.line)
+            sound = integrate_line(steps, h, distinct, s, b, d, b.damping, axial, b.line, b.wear)
         if not sound:
             raise NonFinite(
                 f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
