@@ -276,7 +276,7 @@ def _joints(record: "Record", sample: int) -> "Array":
     return 0.5 * (bodies + np.roll(bodies, 1, axis=0))
 
 
-def runs_of(values: "Array") -> list[tuple[int, int, int]]:
+def runs_of(values: Any) -> list[tuple[int, int, int]]:
     """Return each run of equal values: the value, its first index, and its last one plus one."""
     ends = [0, *(np.flatnonzero(np.diff(values)) + 1), len(values)]
     return [(int(values[a]), int(a), int(b)) for a, b in pairwise(ends)]
@@ -435,6 +435,7 @@ def default_body(touched: "Array") -> int:
 
 MAX_POINTS = 10_000  # of a cloud
 FINE = 400  # points of a curve
+SLOWEST = 1e-6  # m/s, to which the axis reaches at least
 LINEAR_UP_TO = 2.0  # transition speeds: slip is drawn by its logarithm beyond, if it is much faster
 MUCH = 20.0
 
@@ -468,9 +469,7 @@ def friction(record: "Record", figure: "Figure | SubFigure") -> None:
         (handles[f"bodies on {pulley.name}"],) = ax.plot(
             slip.ravel()[few], ratio, marker="o", mew=0.0, zorder=3, rasterized=True, **look
         )
-    law = scenario_run_of(record).effects.belt_friction
-    fastest = float(np.max(np.abs(slip[index >= 0]), initial=law.transition_speed or 1e-6))
-    handles |= _draw_law(ax, record, fastest)
+    handles |= _draw_law(ax, record, float(np.max(np.abs(slip[index >= 0]), initial=SLOWEST)))
     ax.axhline(0.0, color=BLACK, linewidth=0.5)
     ax.set_ylabel("friction over normal force, 1")
     words = "slip velocity of the rim against the belt"
@@ -480,40 +479,37 @@ def friction(record: "Record", figure: "Figure | SubFigure") -> None:
 
 def _draw_law(ax: Any, record: "Record", fastest: float) -> dict[str, Any]:
     """Draw mu(v) of each pair of coefficients up to a slip velocity, m/s."""
-    effects = scenario_run_of(record).effects
-    law, handles = effects.belt_friction, {}
-    pairs = dict.fromkeys(
-        (of.mu_s, of.mu_k) for of in (law, *law.pulleys.values(), *effects.patches)
-    )
+    effects, handles = scenario_run_of(record).effects, dict[str, Any]()
+    law = effects.belt_friction
+    assert law is not None  # there are channels of friction
+    assert record.statistics is not None
     speed = law.transition_speed
-    ends = 1.1 * max(fastest, KINETIC_FROM * (speed or 0.0))
+    tables = (law, *law.pulleys.values(), *effects.patches)
+    end = 1.1 * max(fastest, KINETIC_FROM * (speed or 0.0))
+    slip = np.append(np.linspace(0.0, KINETIC_FROM, FINE) * (speed or 0.0), end)
     if speed is not None and fastest > MUCH * speed:
         ax.set_xscale("symlog", linthresh=LINEAR_UP_TO * speed)
-    slip = np.append(np.linspace(0.0, KINETIC_FROM, FINE) * (speed or 0.0), ends)
-    for number, (mu_s, mu_k) in enumerate(pairs):
+    for number, (mu_s, mu_k) in enumerate(dict.fromkeys((of.mu_s, of.mu_k) for of in tables)):
         if speed is None:
-            mu = np.array([0.0, mu_s, mu_k, mu_k])
-            slip = np.array([0.0, 0.0, 0.0, ends])
+            slip, mu = np.array([0.0, 0.0, 0.0, end]), np.array([0.0, mu_s, mu_k, mu_k])
         else:
-            x = slip / speed
-            mu = np.array([friction_curve(one, mu_s, mu_k) for one in x])
-            if law.maximum_creep is not None:
-                steps = max(record.statistics.steps, 1)
-                time = law.elementary_time or float(record.time[-1]) / steps
-                share = [
-                    mu_s * (1.0 - rising_part(one)) * rising_part(v * time / law.maximum_creep)
-                    for one, v in zip(x, slip, strict=True)
-                ]
-                mu = mu + share
-                look: Look = {"color": VERMILION, "linestyle": ":"}
-                for sign in (-1.0, 1.0):
-                    (line,) = ax.plot(sign * slip, sign * np.array(share), **look)
-                handles["share of the creep, (1 − β) μ1"] = line
-        for sign in (-1.0, 1.0):
-            look = line_look(number) | {"color": BLACK}
-            (line,) = ax.plot(sign * slip, sign * mu, **look)
-        handles[f"law, μs = {picture_text(mu_s)}, μk = {picture_text(mu_k)}"] = line
+            mu = np.array([friction_curve(v / speed, mu_s, mu_k) for v in slip])
+        if speed is not None and law.maximum_creep is not None:
+            time = law.elementary_time or record.time[-1] / max(record.statistics.steps, 1)
+            creep = np.array([rising_part(v * time / law.maximum_creep) for v in slip])
+            share = mu_s * creep * [1.0 - rising_part(v / speed) for v in slip]
+            look: Look = {"color": VERMILION, "linestyle": ":"}
+            (handles["share of the creep, (1 - β) μ1"],) = ax.plot(*_odd(slip, share), **look)
+            mu += share
+        look = line_look(number) | {"color": BLACK}
+        words = f"law, μs = {picture_text(mu_s)}, μk = {picture_text(mu_k)}"
+        (handles[words],) = ax.plot(*_odd(slip, mu), **look)
     return handles
+
+
+def _odd(slip: "Array", mu: "Array") -> tuple["Array", "Array"]:
+    """Return a curve with its image on the other side of the origin."""
+    return np.append(-slip[::-1], slip), np.append(-mu[::-1], mu)
 
 
 # The work of friction.
@@ -536,25 +532,19 @@ def wear(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> No
     ax.margins(x=0.0)
     at = f"until {picture_text(record.time[sample])} s"
     handles: dict[str, Any] = {at: ax.stairs(work, edges, color=BLACK, baseline=None, zorder=3)}
-    names: dict[float, str] = {}
     for value, first, end in runs_of(patch_of_bodies(scenario, length)):
         if value >= 0:
             ax.axvspan(edges[first], edges[end], color=ARC_SHADES[0], linewidth=0)
             handles["patch"] = Patch(color=ARC_SHADES[0])
-            names[float(edges[[first, end]].mean())] = scenario.effects.patches[value].name
     for number, (name, inside) in enumerate(zones_of(scenario, length).items()):
-        if inside.any():
-            mean = float(work[inside].mean())
-            look = line_look(number + 1)
-            for value, first, end in runs_of(inside):
-                if value:
-                    (line,) = ax.plot(edges[[first, end]], [mean] * 2, **look)
+        mean = float(work[inside].mean()) if inside.any() else np.nan
+        for _, first, end in (run for run in runs_of(inside) if run[0]):
+            (line,) = ax.plot(edges[[first, end]], [mean] * 2, **line_look(number + 1))
             handles[f"mean of {name}, {picture_text(mean)} J/m"] = line
     if np.min(work) > 0.0 and np.max(work) > MUCH * np.min(work):
         ax.set_yscale("log")
-    write_above(ax, names, edges)
     ax.set_ylabel(axis_label("friction work per metre of belt", "J/m"))
-    words = "place on the unstretched belt, from where it left the first pulley at first"
+    words = "distance along the unstretched belt, from the first pulley at the start"
     ax.set_xlabel(axis_label(words, "m", letters_across(figure)))
     add_legend(figure, handles)
 

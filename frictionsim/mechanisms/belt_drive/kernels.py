@@ -527,15 +527,6 @@ def regularise(
             c.sticking[k] = 1.0 if size < transition else 0.0
 
 
-@part
-def work_of(wear: bool | None, state: Array, j: int, b: Belt) -> Array | None:
-    """Return the friction work of bodies on pulley j in a state, or its rate; None without wear."""
-    if wear is None:
-        return None
-    start = b.size - (b.pul.shape[1] - j) * b.width
-    return state[start : start + b.width]
-
-
 @loop
 def rub(
     a: int, e: int, inv_mass: float, c: Contact, acc: Accelerations, worn: Array | None
@@ -907,12 +898,15 @@ def rhs(
             pul[ALPHA, j] = pulley_motion(j, pul[ALPHA, j], pul[TORQUE, j], b)
     for j in range(pul.shape[1]):
         pul[PULL, j] = 0.0
+    works = b.size - pul.shape[1] * w
     if wear is not None:  # of bodies that are near no pulley
-        for i in range(b.size - pul.shape[1] * w, b.size):
+        for i in range(works, b.size):
             f[i] = 0.0
     for r in range(b.n_runs[0]):
         j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-        c, worn = contact_of(con, j), work_of(wear, f, j, b)
+        c, worn = contact_of(con, j), None
+        if wear is not None:
+            worn = f[works + j * w : works + (j + 1) * w]
         if inv_tau is not None:
             project(a, e, pul[RADIUS, j] * pul[ALPHA, j], c)
         if inv_tau is None:

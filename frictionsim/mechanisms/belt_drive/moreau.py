@@ -94,7 +94,6 @@ from frictionsim.mechanisms.belt_drive.kernels import (
     rim_of,
     search,
     update_modes,
-    work_of,
 )
 from frictionsim.mechanisms.belt_drive.numba_kinds import kernel, loop, part
 
@@ -987,7 +986,7 @@ def integrate_plane(
     body = Body(b.n, b.full, b.half, b.mass, b.inertia)
     kin, flat = y[: b.angles].reshape((6, b.width)), s.middle.reshape(b.angles)
     q, v, q_middle, v_middle = y[:half], y[half : b.angles], flat[:half], flat[half:]
-    m = motion_of(kin, s, b.work)
+    m, works = motion_of(kin, s, b.work), b.size - b.pul.shape[1] * b.width
     acc, twisting = m.acc, 1.0 / (h * b.inertia)
     more, bias = None, b.con[BIAS]
     if axial is not None:
@@ -1030,7 +1029,9 @@ def integrate_plane(
         for r in range(b.n_runs[0]):
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
             before, after = rim_speeds(b.pul, j)
-            c, worn = contact_of(b.con, j), work_of(wear, y, j, b)
+            c, worn = contact_of(b.con, j), None
+            if wear is not None:
+                worn = y[works + j * b.width : works + (j + 1) * b.width]
             force, heat = rub_in_step(a, e, h, b.mass, before, after, acc, c, worn)
             b.pul[PULL, j] += force
             rubbed += heat
@@ -1062,6 +1063,7 @@ def integrate_line(
     """Take steps of length h, s, of points on a line, as `integrate_plane`."""
     counts, y, y_old, pul = s.counts, s.y, s.y_old, b.pul
     n, full, w, tension = b.n, b.full, b.width, b.work[TENSION]
+    works = b.size - pul.shape[1] * w
     kin, q_middle, v_middle, new = y[: b.angles].reshape((2, w)), s.middle[0], s.middle[1], s.acc[0]
     q, v = kin[0], kin[1]
     starts = steps == 0 and counts[STEPS] == 0
@@ -1092,7 +1094,9 @@ def integrate_line(
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
             c, sense = contact_of(b.con, j), line.senses[j]
             before, after = rim_speeds(pul, j)
-            worn = work_of(wear, y, j, b)
+            worn = None
+            if wear is not None:
+                worn = y[works + j * w : works + (j + 1) * w]
             force, heat = slide_in_step(a, e, b.mass, sense, before, after, v, new, c, worn)
             pul[PULL, j] += force
             rubbed += heat
