@@ -285,6 +285,8 @@ CASES = [
         sampled=DWELL,
         word="given_speed",
     ),
+    Case("epicyclic_ring", golden=EXACT, mirror=OF_GEAR, close=HALF_TURN, sampled=DWELL),
+    Case("epicyclic_dwell", golden=EXACT, mirror="its motion is given", sampled=DWELL),
     hard("decay", mirror=UPRIGHT, sampled=DWELL, slow=True),
     # --- marble machines --------------------------------------------------------------------------
     Case("marble_machine", golden=EXACT, mirror=GRAVITY, model="machine"),

@@ -80,7 +80,8 @@ VIEWS = {
         {
             "response": "an epicyclic gear: channels over time, stick shaded",
             "torque": "its torques over the angle of the crank",
-            "path": "the path of its tracer point",
+            "path": "the path of its tracer point, and where this dwells",
+            "mechanism": "the gear at an instant with its forces and couples",
         },
     ),
     "belt_drive": (
@@ -179,7 +180,7 @@ OTHERS = [
         "an epicyclic gear in motion",
         (
             "frictionsim solve scenarios/epicyclic.toml",
-            "frictionsim plot results/epicyclic.h5 --fps 9",
+            "frictionsim plot results/epicyclic.h5 --fps 8",
         ),
     ),
     Picture(
@@ -222,6 +223,20 @@ OF_SHAFT = [
             VIEW_OF.format(name="swing_door", view="response"),
         ),
     ),
+]
+OF_GEAR = [
+    Picture(
+        f"epicyclic_{word}.png",
+        title,
+        (
+            f"frictionsim solve scenarios/epicyclic_{word}.toml",
+            f"{VIEW_OF.format(name=f'epicyclic_{word}', view=view)} --time 1",
+        ),
+    )
+    for word, view, title in (
+        ("dwell", "path", "the gear at a uniform speed: its tracer point swings while it dwells"),
+        ("ring", "mechanism", "a planet inside a ring of twice its size: a straight line"),
+    )
 ]
 PAPERS = [
     Picture(
@@ -327,13 +342,13 @@ REPORTS += [
     ),
 ]
 OTHERS += HOIST_PICTURES
-GALLERY = [*of_views(), *OF_SHAFT, *PAPERS, *OTHERS, *REPORTS]
+GALLERY = [*of_views(), *OF_GEAR, *OF_SHAFT, *PAPERS, *OTHERS, *REPORTS]
 
 
 def gallery() -> str:
     """Return the body of the page: each picture with the command that draws it."""
     parts = []
-    views = [*of_views(), *OF_SHAFT]
+    views = [*of_views(), *OF_GEAR, *OF_SHAFT]
     groups = [(kind, [p for p in views if p.file.startswith(f"{kind}_")]) for kind in DRAWN]
     groups += [
         ("for papers", PAPERS),

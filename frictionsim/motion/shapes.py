@@ -32,8 +32,9 @@ def torque_arc(
     radius: float,
     largest: float | None = None,
     role: "Role" = "force",
+    about: Any = 0.0,
 ) -> list[Part]:
-    """Return a couple about the origin: an arc with a head; nothing if it is zero throughout.
+    """Return a couple as an arc with a head; nothing if it is zero throughout.
 
     It begins below the axis and goes the way the couple turns: to the right where it is positive.
 
@@ -44,6 +45,8 @@ def torque_arc(
         Of the arc.
     largest : float, N m, optional
         The couple of the longest arc; by default the largest of this one.
+    about : (frames, 1, 2), m, optional
+        The middle of the arc; by default the origin.
     """
     own = float(np.abs(torque).max(initial=0.0))
     if own == 0.0:
@@ -57,7 +60,7 @@ def torque_arc(
     wide = 0.5 * np.abs(head)[:, None]
     barbs = ((1.0 + wide) * back, bow[:, -1], (1.0 - wide) * back)
     points = np.concatenate([bow, np.stack(barbs, axis=1)], axis=1)
-    return [Line(name, points, role, unit="N m", size=torque)]
+    return [Line(name, points + about, role, unit="N m", size=torque)]
 
 
 def reaction_foot(across: "Array", up: "Array", torque: "Array", vanishes: Any = False) -> Any:

@@ -56,6 +56,7 @@ VIEWS: Mapping[str, Views] = {
         "response": RESPONSE,
         "torque": View(kinds.torque_of_gear, ("window",)),
         "path": View(kinds.path, ("time",)),
+        "mechanism": MECHANISM,
     },
     "shaft": {
         "response": RESPONSE,
