@@ -28,8 +28,8 @@ def slip() -> None:
     above = [
         "`slip_percent`, %, of `belt_string.toml` with 150 points (2 s) and of `belt_drive.toml`"
         " with 600 bodies (1 s, 2 s up to 10 N m), `moreau`, means of the last fifth. The"
-        " resistance is continued, so that the speed is proportional to the torque. The closed form is"
-        " Reynolds's creep (T1 - T2)/(EA + T1) at a pretension of"
+        " resistance is continued, so that the speed is proportional to the torque. The closed form"
+        " is Reynolds's creep (T1 - T2)/(EA + T1) at a pretension of"
         f" {SECTION_4.pretension:g} N. The belt slips as a whole below M/(2 R tanh(mu pi/2)); of"
         " the guided belt that is bisected.",
     ]
