@@ -91,6 +91,8 @@ VIEWS = {
             "drive": "the drive in place: tension as colour, stick, normal forces and friction",
             "tension": "the tension along the belt",
             "body": "what one body of the belt meets",
+            "friction": "friction over normal force against the slip of its bodies, and the law",
+            "wear": "friction work along a belt with oil on a part of it",
         },
     ),
     "shaft": (
@@ -103,6 +105,8 @@ VIEWS = {
 }
 # Of a view of an instant that is not the end, and of a body on the passive span, as in Kubas 2014.
 OPTIONS = {"friction_circle": "--time 0.8", "body": "--body 120", "mechanism": "--time 1"}
+# By view: another scenario than that of its kind, and what is set in it.
+OF_ANOTHER = {"wear": ("belt_patch", " --set 'effects.wear={}'")}
 # By scenario: its kind, and further views or what else they show.
 MORE_VIEWS = {
     "lift": (
@@ -124,13 +128,14 @@ def of_views() -> list[Picture]:
             f"{kind}_{view}.png",
             title,
             (
-                f"frictionsim solve scenarios/{name}.toml",
-                VIEW_OF.format(name=name, view=view)
+                f"frictionsim solve scenarios/{own}.toml{more}",
+                VIEW_OF.format(name=own, view=view)
                 + (f" {OPTIONS[view]}" if view in OPTIONS else ""),
             ),
         )
         for kind, (name, views) in DRAWN.items()
         for view, title in views.items()
+        for own, more in [OF_ANOTHER.get(view, (name, ""))]
     ]
 
 

@@ -67,6 +67,8 @@ VIEWS: Mapping[str, Views] = {
         "drive": View(belt.drive, ("time",)),
         "tension": View(belt.tension, ("time",)),
         BODY: View(belt.body, ("window", "body")),
+        "friction": View(belt.friction, effect="belt_friction"),
+        "wear": View(belt.wear, ("time",), effect="wear"),
     },
 }
 
