@@ -1,16 +1,17 @@
-"""An epicyclic gear: a crank carries a planet that rolls on a fixed sun.
+"""An epicyclic gear: a crank carries a planet that rolls on a fixed sun, or inside a ring.
 
-phi is the angle of the crank from the horizontal, L = r1 + r2 its length, lambda = L/r2 the
-rotations of the planet per turn of the crank, G the weights. Formulation `consistent` (derived by
-both Lagrange and Newton-Euler):
+phi is the angle of the crank from the horizontal, L = r1 + r2 its length, r1 - r2 in a ring,
+lambda = L/r2 the rotations of the planet per turn of the crank, backwards in a ring, G the weights.
+Formulation `consistent` (derived by both Lagrange and Newton-Euler), the same in a ring:
 
     J phi'' = M_O - K cos phi + T,   J = (2 m_OA + 9 m_2) L^2/6,   K = (G_OA/2 + G_2) L
     sliding    T = -s (M_A r1/r2 + f N lambda)
-    sticking   T holds while |T| <= M_As r1/r2 + f |G_2 sin phi| lambda
+    sticking   T holds while |T| <= M_As r1/r2 + f_s |G_2 sin phi| lambda
     N = |G_2 sin phi| (`weight`) or |G_2 sin phi - m_2 L phi'^2| (`radial`)
 
 M_A is the friction couple of the hinge between planet and crank; its power is that of their
-relative rotation phi' r1/r2. f is the arm of rolling friction at the mesh. The distribution of the
+relative rotation phi' r1/r2. f is the arm of rolling friction at the mesh, where the planet rotates
+by phi' lambda. Both may depend on the speed of that rotation. The distribution of the
 planet's radial load between crank and mesh is indeterminate; `normal_load` states an assumption.
 
 Formulation `published` is eq 26 of [1]_ as published, for all directions of motion:
@@ -18,7 +19,8 @@ Formulation `published` is eq 26 of [1]_ as published, for all directions of mot
     J phi'' = M_O - (G_OA/2 + 2 G_2) L cos phi - M_A lambda - f G_2 sin phi lambda
 
 It counts the weight of the planet twice, applies the couple of the hinge against the ground, and
-its friction has positive power where phi' < 0 or sin phi < 0; it cannot stick.
+its friction has positive power where phi' < 0 or sin phi < 0; it cannot stick. The paper has a sun
+("external engagement"), although its conclusion calls the mechanism hypocyclic.
 
 References
 ----------
@@ -26,7 +28,7 @@ References
 """
 
 from collections.abc import Callable
-from math import asin, cos, pi, sin, sqrt
+from math import asin, atan2, cos, hypot, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 from frictionsim.mechanisms.effects import ROUNDING
@@ -34,6 +36,7 @@ from frictionsim.mechanisms.epicyclic.schema import EpicyclicScenario
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPath
 from frictionsim.mechanisms.single_dof import MultiplesOf, one_coordinate, start_of
 from frictionsim.results import Quantities, Quantity
+from frictionsim.scenario.kinetic_friction import OverSpeed, friction_at_rest, friction_over_speed
 from frictionsim.scenario.signal_tables import signal_from
 from frictionsim.simulation.mechanism import Mechanism, Samples
 from frictionsim.solvers.system import INPUT, Friction, OneCoordinate, Term
@@ -50,7 +53,7 @@ class Constants(NamedTuple):
         Weight of the planet, and its centripetal force over phi'^2.
     static, kinetic : float, N m
         Couple of the hinge on the crank: M_A r1/r2, `published` M_A lambda; 0 without it.
-    lever : float, m
+    static_lever, lever : float, m
         f lambda; 0 without rolling friction.
     is_radial : bool
         The load of the mesh has the centripetal force in it.
@@ -63,16 +66,17 @@ class Constants(NamedTuple):
     mass_length: float
     static: float
     kinetic: float
+    static_lever: float
     lever: float
     is_radial: bool
     parts: tuple[str, ...]
 
 
 def constants_of(scenario: EpicyclicScenario) -> Constants:
-    """Return the constants of the equation of a scenario."""
+    """Return the constants of the equation of a scenario, those of motion at the speed zero."""
     geometry, effects = scenario.mechanism, scenario.effects
     hinge, rolling = effects.hinge_friction, effects.rolling_friction
-    L, turns = geometry.length, geometry.planet_speed_ratio
+    L, turns = geometry.length, abs(geometry.planet_speed_ratio)
     g = effects.gravity.g if effects.gravity else 0.0
     G_2, is_published = geometry.planet_mass * g, geometry.formulation == "published"
     K = (0.5 * geometry.crank_mass * g + G_2) * L
@@ -84,10 +88,24 @@ def constants_of(scenario: EpicyclicScenario) -> Constants:
         G_2,
         geometry.planet_mass * L,
         hinge.torque_static * ratio if hinge else 0.0,
-        hinge.torque_kinetic * ratio if hinge else 0.0,
+        friction_at_rest(hinge.torque_kinetic, hinge.torque_static) * ratio if hinge else 0.0,
         rolling.arm * turns if rolling else 0.0,
+        friction_at_rest(rolling.rolling_arm, rolling.arm) * turns if rolling else 0.0,
         is_radial,
         tuple(name for name, is_there in parts.items() if is_there),
+    )
+
+
+def over_speed(scenario: EpicyclicScenario) -> tuple[OverSpeed | None, OverSpeed | None]:
+    """Return `kinetic` and `lever` over phi', rad/s; None for one that is constant."""
+    geometry, effects = scenario.mechanism, scenario.effects
+    hinge, rolling = effects.hinge_friction, effects.rolling_friction
+    turns, ratio = abs(geometry.planet_speed_ratio), geometry.sun_radius / geometry.planet_radius
+    couple = hinge and friction_over_speed(hinge.torque_kinetic, hinge.torque_static)
+    arm = rolling and friction_over_speed(rolling.rolling_arm, rolling.arm)
+    return (
+        couple.of(ratio, lambda x: x * ratio) if couple else None,
+        arm.of(turns, lambda x: x * turns) if arm else None,
     )
 
 
@@ -120,6 +138,8 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
         return opposed - system.torque(0.0, q, v)
 
     following["uniform_torque"] = uniform_torque
+    planet = geometry.planet_speed_ratio
+    following["planet_velocity"] = lambda q, v: planet * v
     if effects.rolling_friction:
         following["normal_load"] = lambda q, v: abs(load(q, v))
     if effects.tracer_point:
@@ -170,36 +190,47 @@ def _friction(
     scenario: EpicyclicScenario, constants: Constants, load: Callable[[float, float], float]
 ) -> tuple[Friction, tuple[Any, ...]]:
     """Return the dry friction of hinge and mesh, as far as they are there, and its surfaces."""
-    static, kinetic, lever = constants.static, constants.kinetic, constants.lever
-    largest = constants.K + static + lever * constants.G_2
+    static, kinetic = constants.static, constants.kinetic
+    static_lever, lever = constants.static_lever, constants.lever
+    largest = constants.K + static + static_lever * constants.G_2
     surfaces: tuple[Any, ...] = (MultiplesOf(pi),)
     if constants.is_radial:
         surfaces = (Unloading(load),)
     friction = Friction(
         "+".join(constants.parts),
-        static=lambda M_O, q: static + lever * abs(load(q, 0.0)),
+        static=lambda M_O, q: static + static_lever * abs(load(q, 0.0)),
         kinetic=lambda M_O, q, v, s, M: kinetic + lever * abs(load(q, v)),
         roundoff=lambda M_O, q: ROUNDING * (abs(M_O) + largest),
         **scenario.law_of_contact.law_of_contact(),
     )
-    if "mesh" in constants.parts:
-        return friction, surfaces
-    return friction._replace(
-        static=lambda M_O, q: static, kinetic=lambda M_O, q, v, s, M: kinetic
-    ), ()
+    if "mesh" not in constants.parts:
+        surfaces = ()
+        friction = friction._replace(
+            static=lambda M_O, q: static, kinetic=lambda M_O, q, v, s, M: kinetic
+        )
+    curves = over_speed(scenario)
+    if any(curves):
+        at = [curve.at if curve else None for curve in curves]
+        couple, arm = at[0] or (lambda v: kinetic), at[1] or (lambda v: lever)
+        friction = friction._replace(
+            kinetic=lambda M_O, q, v, s, M: couple(v) + arm(v) * abs(load(q, v)),
+            surfaces=tuple(corner for curve in curves if curve for corner in curve.surfaces(1)),
+        )
+    return friction, surfaces
 
 
 def path_of(scenario: EpicyclicScenario) -> TracerPath:
     """Return the path of the tracer point of a scenario that has one."""
     geometry, point = scenario.mechanism, scenario.effects.tracer_point
     assert point is not None
-    return TracerPath(geometry.sun_radius, geometry.planet_radius, point)
+    return TracerPath(geometry, point)
 
 
 def _quantities(scenario: EpicyclicScenario, samples: Samples) -> Quantities:
-    """Return the mean torque of uniform rotation, cusps and dwell."""
-    values = {"uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m")}
-    if constants_of(scenario).is_radial and samples.time.size:
+    """Return the torques of uniform rotation, cusps, dwell and swing."""
+    values = uniform_torques(scenario)
+    depends = constants_of(scenario).is_radial or any(over_speed(scenario))
+    if depends and samples.time.size:
         torque = uniform_torque_mean(scenario, float(samples["angular_velocity"][-1]))
         values["uniform_torque_mean_at_final_speed"] = Quantity(torque, "N m")
     if scenario.effects.tracer_point:
@@ -208,6 +239,7 @@ def _quantities(scenario: EpicyclicScenario, samples: Samples) -> Quantities:
         dwell = path.longest_dwell((samples.time, angle, samples["angular_velocity"]))
         values["tracer_cusps"] = Quantity(cusps and cusps[1], "1")
         values["tracer_dwell_time"] = Quantity(dwell and dwell.time, "s")
+        values |= path.quantities()
     return values
 
 
@@ -225,13 +257,37 @@ def _run_warnings(scenario: EpicyclicScenario, samples: Samples) -> list[str]:
     return warnings + hidden_turns(angle, samples["angular_velocity"], interval, duration)
 
 
+def uniform_torques(scenario: EpicyclicScenario) -> Quantities:
+    """Return mean and extremes of the torque of slow uniform forward rotation; at the start.
+
+    M(phi) = C + K cos phi + f N lambda, eq 28, with C = M_A r1/r2 and N = |G_2 sin phi|, published
+    M_A lambda and G_2 sin phi. With F = f G_2 lambda its maximum is C + sqrt(K^2 + F^2) at
+    atan(F/K), also at the opposite angle if consistent, whose minimum is C - K at pi; the published
+    one is C - sqrt(K^2 + F^2) at pi + atan(F/K).
+    """
+    constants, (angle, _) = constants_of(scenario), start_of(scenario)
+    C, K, F = constants.kinetic, constants.K, constants.lever * constants.G_2
+    least, at, load = C - K, pi, abs(sin(angle))
+    if scenario.mechanism.formulation == "published":
+        least, at, load = C - hypot(K, F), pi + atan2(F, K), sin(angle)
+    return {
+        "uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m"),
+        "uniform_torque_max": Quantity(C + hypot(K, F), "N m"),
+        "uniform_torque_max_angle": Quantity(atan2(F, K), "rad"),
+        "uniform_torque_min": Quantity(least, "N m"),
+        "uniform_torque_min_angle": Quantity(at, "rad"),
+        "uniform_torque_at_start": Quantity(C + K * cos(angle) + F * load, "N m"),
+    }
+
+
 def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:
     """Return the mean torque over a turn for uniform forward rotation of the crank, N m.
 
-    speed = 0 is the limit of slow rotation; with `radial` the torque depends on the speed.
-    Gravity has no mean. Eq 28 as published: M_A lambda. Consistent: M_A r1/r2 + f <N> lambda, with
-    <|a sin phi - b|> = b for b >= a, else 2/pi (sqrt(a^2 - b^2) + b asin(b/a)), where a = G_2 and
-    b = m_2 L phi'^2 (`radial`, at the given speed) or 0 (`weight`).
+    speed = 0 is the limit of slow rotation; the torque depends on the speed with `radial`, and with
+    friction over the speed. Gravity has no mean. Eq 28 as published: M_A lambda. Consistent:
+    M_A r1/r2 + f <N> lambda, with <|a sin phi - b|> = b for b >= a, else
+    2/pi (sqrt(a^2 - b^2) + b asin(b/a)), where a = G_2 and b = m_2 L phi'^2 (`radial`, at the given
+    speed) or 0 (`weight`).
 
     Parameters
     ----------
@@ -243,4 +299,6 @@ def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:
         return constants.kinetic
     a, b = constants.G_2, constants.mass_length * speed * speed if constants.is_radial else 0.0
     load = b if b >= a else 2.0 / pi * (sqrt(a * a - b * b) + b * asin(b / a))
-    return constants.kinetic + constants.lever * load
+    couple, lever = over_speed(scenario)
+    kinetic = couple.at(speed) if couple else constants.kinetic
+    return kinetic + (lever.at(speed) if lever else constants.lever) * load

@@ -12,16 +12,26 @@ from frictionsim.mechanisms.single_dof import (
     SingleDofScenario,
 )
 from frictionsim.results import Channel
+from frictionsim.scenario.kinetic_friction import (
+    KineticArm,
+    KineticCouple,
+    KineticCurve,
+    check_kinetic_friction,
+)
 from frictionsim.scenario.methods import REGULARISED, SET_VALUED
-from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, inconsistent, unit_field
+from frictionsim.scenario.schema import FrictionLaw, Params, inconsistent, unit_field
 from frictionsim.scenario.signal_tables import TimeSignal
 
 
 class EpicyclicParameters(Params):
     """`[mechanism]`."""
 
-    sun_radius: float = unit_field("m", "Pitch radius of the fixed sun.", gt=0)
+    sun_radius: float = unit_field("m", "Pitch radius of the fixed sun or ring.", gt=0)
     planet_radius: float = unit_field("m", "Pitch radius of the planet.", gt=0)
+    mesh: Literal["external", "internal"] = Field(
+        "external",
+        description="The planet rolls on the outside of a sun, or inside a ring of sun_radius.",
+    )
     crank_mass: float = unit_field("kg", "Mass of the crank, a slender rod.", ge=0)
     planet_mass: float = unit_field("kg", "Mass of the planet, a disc.", ge=0)
     initial_angle_deg: float = unit_field("deg", "Angle at the start.", 0.0)
@@ -30,6 +40,16 @@ class EpicyclicParameters(Params):
         "consistent",
         description="Equation of motion: the consistent one, or eq 26 as it is printed.",
     )
+
+    @model_validator(mode="after")
+    def _check_ring(self) -> Self:
+        if self.mesh == "internal" and self.planet_radius >= self.sun_radius:
+            raise inconsistent(
+                ("planet_radius",),
+                "a planet inside a ring is smaller than it: expected less than sun_radius ="
+                f" {self.sun_radius:g} m, got {self.planet_radius:g}; or use mesh = 'external'",
+            )
+        return self
 
     @model_validator(mode="after")
     def _check_masses(self) -> Self:
@@ -42,12 +62,14 @@ class EpicyclicParameters(Params):
     @property
     def length(self) -> float:
         """L, m."""
-        return self.sun_radius + self.planet_radius
+        own = self.planet_radius
+        return self.sun_radius + (own if self.mesh == "external" else -own)
 
     @property
     def planet_speed_ratio(self) -> float:
-        """lambda: rotations of the planet per turn of the crank."""
-        return self.length / self.planet_radius
+        """Rotations of the planet per turn of the crank: lambda, inside a ring -lambda."""
+        turns = self.length / self.planet_radius
+        return turns if self.mesh == "external" else -turns
 
     @property
     def inertia(self) -> float:
@@ -76,7 +98,9 @@ class SharedFrictionLaw(FrictionLaw):
     """The friction law of the contact that hinge and rolling friction share."""
 
     law: Literal["set-valued", "regularised", "published"] | None = Field(  # type: ignore[assignment]
-        None, description="Friction law of the contact; set-valued if neither effect names one."
+        None,
+        description="Friction law of the contact; set-valued if neither effect names one."
+        " published: eq 30 of the paper on shafts, not the gear's own (formulation).",
     )
 
     @model_validator(mode="after")
@@ -85,29 +109,43 @@ class SharedFrictionLaw(FrictionLaw):
 
 
 class HingeFriction(SharedFrictionLaw):
-    """Dry couple between planet and crank."""
+    """Dry couple between planet and crank; a speed is that of the planet relative to the crank."""
 
     torque_static: float = unit_field(
         "N m", "Couple that the hinge can hold, not below torque_kinetic.", ge=0
     )
-    torque_kinetic: float = unit_field("N m", "Couple of the sliding hinge.", ge=0)
+    torque_kinetic: KineticCouple = unit_field("N m", "Couple of the sliding hinge.")
 
     @model_validator(mode="after")
     def _kinetic_not_above_static(self) -> Self:
-        check_kinetic("torque_kinetic", self.torque_kinetic, "torque_static", self.torque_static)
+        kinetic = "torque_kinetic", self.torque_kinetic
+        check_kinetic_friction(*kinetic, "torque_static", self.torque_static)
         return self
 
 
 class RollingFriction(SharedFrictionLaw):
-    """Rolling friction of the planet on the sun."""
+    """Rolling friction of the planet on the sun; a speed is that of the planet's rotation."""
 
     arm: float = unit_field(
         "m", "Distance by which the normal force runs ahead of the contact.", ge=0
+    )
+    arm_kinetic: KineticArm | None = unit_field(
+        "m", "That distance while the planet rolls; arm if left out.", None
     )
     normal_load: Literal["weight", "radial"] = Field(
         "weight",
         description="Load of the mesh: the planet's weight, or with its centripetal force.",
     )
+
+    @property
+    def rolling_arm(self) -> float | KineticCurve:
+        """The arm while it rolls, m."""
+        return self.arm if self.arm_kinetic is None else self.arm_kinetic
+
+    @model_validator(mode="after")
+    def _kinetic_not_above_static(self) -> Self:
+        check_kinetic_friction("arm_kinetic", self.rolling_arm, "arm", self.arm)
+        return self
 
 
 class EpicyclicEffects(Params):
@@ -181,6 +219,18 @@ class EpicyclicScenario(SingleDofScenario):
             raise inconsistent(
                 ("effects", "rolling_friction", "normal_load"),
                 "eq 26 as published has no radial load; use 'weight', or formulation 'consistent'",
+            )
+        hinge = self.effects.hinge_friction
+        if published and hinge is not None and isinstance(hinge.torque_kinetic, KineticCurve):
+            raise inconsistent(
+                ("effects", "hinge_friction", "torque_kinetic"),
+                "eq 26 as published has a constant couple; give a number, or use formulation"
+                " 'consistent'",
+            )
+        if published and rolling is not None and rolling.arm_kinetic is not None:
+            raise inconsistent(
+                ("effects", "rolling_friction", "arm_kinetic"),
+                "eq 26 as published has one arm; remove this key, or use formulation 'consistent'",
             )
         if self.drive.speed is not None and self.mechanism.initial_angular_velocity != 0.0:
             raise inconsistent(

@@ -37,6 +37,7 @@ from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
 from frictionsim.mechanisms.single_dof import start_of
 from frictionsim.results import FORWARD, SLACK, STICK, Check, Quantity, Transition
+from frictionsim.scenario.kinetic_friction import OverSpeed
 from frictionsim.scenario.signal_tables import extremes
 from frictionsim.simulation.mechanism import ContactColumns, Mechanism, Samples
 from frictionsim.solvers.system import INPUT, MARGINS, Contact
@@ -86,6 +87,8 @@ class Lift:
     start : (float, float), rad and rad/s
     has_damping, has_shaft : bool
         Whether there is viscous damping, and dry friction of the shaft.
+    radius, ratio : OverSpeed or None
+        r_k over w, and the kinetic ratio of tensions over the rate of slip, if not constant.
 
     Attributes
     ----------
@@ -94,7 +97,6 @@ class Lift:
     contact_columns : tuple of ContactColumns
     """
 
-    surfaces: tuple[Any, ...] = ()
     stops = None
     coordinates: int
     # Of the coordinates, their rates, the numbers of a sample that `own_numbers` returns.
@@ -112,9 +114,16 @@ class Lift:
         start: tuple[float, float],
         has_damping: bool = False,
         has_shaft: bool = False,
+        radius: OverSpeed | None = None,
+        ratio: OverSpeed | None = None,
     ) -> None:
         self.n, self.drive, self.first = n, drive, 1 if has_shaft else 0
-        self._loads, self._shift = _loads(n, drive, has_damping), _shift(n, has_shaft)
+        self._loads, self._shift = _loads(n, drive, has_damping), _shift(n, has_shaft, radius)
+        self.radius, self._ratio = radius, _ratio(n, ratio)
+        self.surfaces: tuple[Any, ...] = (
+            *(radius.surfaces(self.coordinates) if radius else ()),
+            *(ratio.surfaces(self.coordinates + 1) if ratio else ()),
+        )
         powers: dict[str, Callable[[Balance, list[float]], float]] = {
             INPUT: (lambda f, v: f.u * v[0]) if n.by_torque else self._power_of_force
         }
@@ -150,11 +159,11 @@ class Lift:
         )
 
     def tensions(
-        self, pull: float, torque: float, shift: float | None, modes: list[int]
+        self, v: list[float], pull: float, torque: float, shift: float | None, modes: list[int]
     ) -> tuple[float, list[float], float, float]:
         """Return w', the accelerations of the other coordinates, T1 and T2.
 
-        Of P + m2 g, N, tau - b w, N m, and what `_shift` returns.
+        Of the rates, P + m2 g, N, tau - b w, N m, and what `_shift` returns.
         """
         raise NotImplementedError
 
@@ -177,8 +186,8 @@ class Lift:
     def balance(self, t: float, v: list[float], modes: list[int]) -> Balance:
         """Return the forces, of the rates of the coordinates."""
         u, pull, torque = self._loads(t, v[0])
-        shift = self._shift(modes)
-        a, others, t1, t2 = self.tensions(pull, torque, shift, modes)
+        shift = self._shift(modes, v[0])
+        a, others, t1, t2 = self.tensions(v, pull, torque, shift, modes)
         T = -((t2 - t1) * self.n.r + torque) if shift is None else -shift * (t1 + t2)
         return Balance(u, [a, *others], T, t1, t2)
 
@@ -267,12 +276,21 @@ def _loads(
     return damped if has_damping else loads
 
 
-def _shift(n: LiftParameters, has_shaft: bool) -> Callable[[list[int]], float | None]:
-    """Return a function of the modes: s r_k, m, by which friction shifts arms; None at rest."""
+def _shift(
+    n: LiftParameters, has_shaft: bool, radius: OverSpeed | None
+) -> Callable[[list[int], float], float | None]:
+    """Return a function of modes and w: s r_k, m, by which friction shifts arms; None at rest."""
     r_k = n.r_k
     if not has_shaft:
-        return lambda modes: 0.0
-    return lambda modes: None if modes[0] == STICK else modes[0] * r_k
+        return lambda modes, w: 0.0
+    if radius is None:
+        return lambda modes, w: None if modes[0] == STICK else modes[0] * r_k
+    return lambda modes, w: None if modes[0] == STICK else modes[0] * radius.at(w)
+
+
+def _ratio(n: LiftParameters, ratio: OverSpeed | None) -> Callable[[float], float]:
+    """Return a function of the rate of slip: the ratio of tensions of a cord that slips."""
+    return ratio.at if ratio else lambda rate: n.kinetic_ratio
 
 
 def _rigid(
@@ -337,7 +355,7 @@ class RopeLift(Lift):
         super().__init__(n, *others)
 
     def tensions(
-        self, pull: float, torque: float, shift: float | None, modes: list[int]
+        self, v: list[float], pull: float, torque: float, shift: float | None, modes: list[int]
     ) -> tuple[float, list[float], float, float]:
         n, first = self.n, self.first
         taut_1 = modes[first] != SLACK
@@ -371,6 +389,8 @@ class RopeLift(Lift):
             other = 0.0
         w, rate = y[count], y[gap]
         e = self.restitution if -rate >= self.capture_speed else 0.0
+        if self.radius:  # that at the speed before the impact
+            n = n._replace(r_k=self.radius.at(w))
         end = shock(n, own, other, sign * w, rate, e)
         after = list(y)
         after[count], after[gap] = sign * end.w, end.rate
@@ -400,13 +420,14 @@ class CordLift(Lift):
     )  # fmt: skip
 
     def tensions(
-        self, pull: float, torque: float, shift: float | None, modes: list[int]
+        self, v: list[float], pull: float, torque: float, shift: float | None, modes: list[int]
     ) -> tuple[float, list[float], float, float]:
         n, sigma = self.n, modes[-1]
         if sigma == STICK:
             a, t1, t2 = _rigid(n, pull, torque, shift, True, True)
             return a, [0.0], t1, t2
-        ratio = n.kinetic_ratio if sigma == FORWARD else 1.0 / n.kinetic_ratio
+        ratio = self._ratio(v[1])
+        ratio = ratio if sigma == FORWARD else 1.0 / ratio
         weight = n.m1 * n.g
         t1 = (weight * n.m2 + pull * n.m1) / (n.m2 + ratio * n.m1)
         t2, a = ratio * t1, 0.0
@@ -436,7 +457,10 @@ def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
     masses = effects.hanging_masses
     assert masses is not None  # of which it is one
     has_effects = effects.viscous_damping is not None, effects.shaft_friction is not None
-    arguments = (n, scenario.drive_signal, start, *has_effects)
+    journal, cord = effects.shaft_friction, effects.cord_friction
+    radius = journal.radius_over_speed if journal else None
+    ratio = cord.ratio_over_speed if cord else None
+    arguments = (n, scenario.drive_signal, start, *has_effects, radius, ratio)
     weights = n.weight_1 + n.weight_2 + _largest_magnitude(scenario.drive.force, scenario)
     torque = _largest_magnitude(scenario.drive.torque, scenario)
     kinetic = 0.5 * (n.inertia + (n.m1 + n.m2) * n.r**2) * start[1] ** 2
