@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.epicyclic.equation import constants_of, path_of
+from frictionsim.mechanisms.epicyclic.equation import constants_of, over_speed, path_of
 from frictionsim.motion.parts import Arrow, Body, Disc, Line, Motion, Outline, Part
 from frictionsim.motion.samples import Samples, scenario_in
 from frictionsim.motion.shapes import bounds_of, ray, scale_of, torque_arc, vectors
@@ -113,10 +113,11 @@ def _forces(at: Samples, scenario: "EpicyclicScenario") -> list[Part]:
             parts.append(Arrow(f"weight of the {name}", foot, weight, role))
     if "drive_torque" in at:
         parts += torque_arc("torque of the drive", at["drive_torque"], ARC * gear.length)
-    speed = at.get("angular_velocity") if constants.is_radial else at.still
-    if speed is None:
+    if "angular_velocity" not in at:
         return parts
-    load = constants.G_2 * np.sin(angle) - constants.mass_length * speed**2
+    speed, load = at["angular_velocity"], constants.G_2 * np.sin(angle)
+    if constants.is_radial:
+        load -= constants.mass_length * speed**2
     if "mesh" in constants.parts:
         foot, force = gear.sun_radius * outward, load[:, None] * outward
         parts.append(Arrow("force of the mesh on the planet", foot, force, "friction"))
@@ -125,7 +126,10 @@ def _forces(at: Samples, scenario: "EpicyclicScenario") -> list[Part]:
         if gear.formulation == "published":
             couple = (torque + constants.lever * load) / turns
         else:
-            mesh = np.minimum(constants.lever * np.abs(load), np.abs(torque))
+            _, arm = over_speed(scenario)
+            rolls = np.array([arm.at(v) for v in speed]) if arm else constants.lever
+            lever = np.where(speed == 0.0, constants.static_lever, rolls)
+            mesh = np.minimum(lever * np.abs(load), np.abs(torque))
             couple = (torque - np.copysign(mesh, torque)) / (turns - 1.0)
         radius, hinge = ARC * gear.planet_radius, (gear.length * outward)[:, None]
         words = "couple of the hinge on the planet"

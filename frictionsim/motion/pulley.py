@@ -15,18 +15,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.display import CONTACT_WORDS, MODE_WORDS
-from frictionsim.mechanisms.effects import friction_radius
-from frictionsim.motion.parts import Arrow, Body, Detail, Line, Motion, Part, Readout
+from frictionsim.motion.parts import Arrow, Body, Line, Motion, Part, Readout
 from frictionsim.motion.samples import Samples
 from frictionsim.motion.shapes import (
     arc,
     block,
     bounds_of,
-    enlarged_circles,
+    journal_of,
     points_of,
     reaction,
     scale_of,
-    shaft_bodies,
     torque_arc,
     vectors,
     wheel,
@@ -44,7 +42,6 @@ HIGHEST, BLOCK = 1.6, 0.9  # of what hangs on the cord, below the axis; its side
 ARROW, ARC = 2.0, 0.62  # length of the largest force; radius of the arc of the drive
 SPACING = 2.0 * pi / 12.0  # of marks on the cord, as of ticks at the rim
 DRAWN_SHAFT = 0.06  # of a shaft whose friction is not simulated
-WINDOW = 2.5  # of the static friction circle: half the side of what is shown larger
 ROUNDOFF = 1e-9  # of a gap
 CAR, COUNTERWEIGHT = 1, 2  # bits of the channel `slack`
 TAUT_OR_SLACK = {0: MODE_WORDS[TAUT], 1: MODE_WORDS[SLACK]}
@@ -66,7 +63,7 @@ def motion(record: "Record", sample: int | None = None, reduction: float = 1.0) 
     with_masses = "hanging_masses" in effects
     draw = _lift if with_masses else _hoist
     (lines, loads, forces, more), smaller = draw(at, radius, reduction)
-    journal, details = _shaft(at, radius)
+    journal, details = journal_of(at, DRAWN_SHAFT * radius)
     wheels = [Body("pulley", wheel(radius, hub=0.0), at.still, at.still, at["angle"]), *journal]
     scale = scale_of(forces, ARROW * radius)
     parts = (*lines, *wheels, *loads, *forces)
@@ -189,18 +186,3 @@ def _start_angle(record: "Record") -> float:
 def _gap(difference: "Array", radius: float) -> "Array":
     """Return the excess length of a slack rope, m; 0 for the roundoff of a taut one."""
     return np.where(difference > ROUNDOFF * radius, difference, 0.0)
-
-
-def _shaft(at: Samples, radius: float) -> tuple[list[Part], tuple[Detail, ...]]:
-    """Return the shaft, true to scale if its friction is simulated, and its enlarged circles."""
-    if "shaft_friction" not in scenario_of(at.record).get("effects", {}):
-        return shaft_bodies(DRAWN_SHAFT * radius, at.still), ()
-    shaft, mu_s, mu_k = (
-        scenario_value(at.record, "effects", "shaft_friction", key)
-        for key in ("shaft_radius", "mu_s", "mu_k")
-    )
-    size, static = float(shaft), friction_radius(float(shaft), float(mu_s))
-    # A coefficient over speed has no one circle.
-    kinetic = friction_radius(size, float(mu_k)) if isinstance(mu_k, int | float) else 0.0
-    bodies = shaft_bodies(size, at.still, static, kinetic)
-    return bodies, enlarged_circles(min(1.1 * size, WINDOW * static))

@@ -20,7 +20,7 @@ from frictionsim.display import (
 from frictionsim.errors import InputError, counted
 from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.mechanisms.epicyclic.equation import path_of
-from frictionsim.mechanisms.pulley.schema import limiting_ratio
+from frictionsim.mechanisms.pulley.schema import CordFriction
 from frictionsim.motion.parts import Body, Detail, Line
 from frictionsim.motion.samples import scenario_in
 from frictionsim.motion.shapes import bounds_around
@@ -112,13 +112,17 @@ def _limits(record: "Record", panels: Mapping[str, Mapping[str, str]]) -> dict[s
                 if value is not None and abs(value) <= highest:
                     words = f"to {way}: {with_minus(f'{value:.1f}')} {record.units[name]}"
                     limits.setdefault(label, {})[words] = value
+        journal = scenario_of(record).get("effects", {}).get("shaft_friction", {})
+        if not {"shaft_radius", "mu_s"} <= journal.keys():
+            continue
+        radius = friction_radius(float(journal["shaft_radius"]), float(journal["mu_s"]))
         if name == "friction_torque" and "shaft_reaction" in record.channels:
-            journal = scenario_of(record).get("effects", {}).get("shaft_friction", {})
-            if {"shaft_radius", "mu_s"} <= journal.keys():
-                radius = friction_radius(float(journal["shaft_radius"]), float(journal["mu_s"]))
-                limit = radius * np.asarray(record.channels["shaft_reaction"])
-                both = np.column_stack([limit, -limit])
-                limits[label] = {"limit of static friction": (record.time, both)}
+            load = journal.get("normal_load", np.asarray(record.channels["shaft_reaction"]))
+            limit = radius * load + np.zeros(len(record.time))
+            both = np.column_stack([limit, -limit])
+            limits[label] = {"limit of static friction": (record.time, both)}
+        if name == "lever_arm" and "normal_load" not in journal:
+            limits[label] = {f"static friction radius: {picture_text(radius)} m": radius}
     return limits
 
 
@@ -171,13 +175,20 @@ def _response_with_masses(record: "Record", figure: "Figure | SubFigure", window
     add_legend(figure, handles)
 
 
-def ratios(record: "Record") -> tuple[float, float] | None:
-    """Return the largest ratios of tensions, static and kinetic; None if the cord cannot slip."""
+def ratios(record: "Record") -> tuple[float, Any] | None:
+    """Return the largest ratios of tensions, static and kinetic; None if the cord cannot slip.
+
+    That of friction over the speed is one for each sample; at the speed zero without speeds of
+    slip, of `with_derived`.
+    """
     if "cord_friction" not in scenario_of(record).get("effects", {}):
         return None
-    cord = scenario_value(record, "effects", "cord_friction")
-    wrap = float(cord["wrap_deg"])
-    return limiting_ratio(float(cord["mu_s"]), wrap), limiting_ratio(float(cord["mu_k"]), wrap)
+    cord = CordFriction.model_validate(scenario_value(record, "effects", "cord_friction"))
+    over_speed, rate = cord.ratio_over_speed, record.channels.get(SLIDING)
+    if over_speed is None or rate is None:
+        return cord.static_ratio, cord.kinetic_ratio
+    # While the cord sticks, the difference of the speeds is roundoff.
+    return cord.static_ratio, np.array([over_speed.at(v) for v in rate.tolist()])
 
 
 def slipping_phases(record: "Record") -> list[tuple[float, float]]:
@@ -190,14 +201,14 @@ def slipping_phases(record: "Record") -> list[tuple[float, float]]:
 
 def traction(record: "Record", figure: "Figure | SubFigure", window: "Window" = WHOLE) -> None:
     """Draw the ratio of the tensions with its limits (Euler, Eytelwein), and slip of the cord."""
-    largest = ratios(record)
+    known = with_derived(record)
+    largest = ratios(known)
     if largest is None:
         raise InputError(
             "cannot draw the view 'traction': the scenario of this result has no"
             " [effects.cord_friction], so that its cord never slips"
         )
     require_channels(record, "traction", (CAR, COUNTERWEIGHT))
-    known = with_derived(record)
     wanted = {
         "counterweight's tension / car's": RATIO,
         "speed of slip": SLIDING,
@@ -207,9 +218,13 @@ def traction(record: "Record", figure: "Figure | SubFigure", window: "Window" = 
     axes, handles = over_time([known], panels, figure, window=window, events=False)
     first = next(iter(axes.values()))
     for sort, ratio, look in zip(("static", "kinetic"), largest, (LIMIT, KINETIC), strict=True):
-        first.axhline(1.0 / ratio, **look)
-        words = f"limit of {sort} friction: {picture_text(1.0 / ratio)} and {picture_text(ratio)}"
-        handles[words] = first.axhline(ratio, **look)
+        if isinstance(ratio, float):
+            first.axhline(1.0 / ratio, **look)
+            words = f"limit of {sort} friction: {picture_text(1.0 / ratio)} and"
+            handles[f"{words} {picture_text(ratio)}"] = first.axhline(ratio, **look)
+        else:
+            first.plot(known.time, 1.0 / ratio, **look)
+            handles[f"limit of {sort} friction"] = first.plot(known.time, ratio, **look)[0]
     ends = record.time[[0, -1]]
     times: dict[float, str] = {}
     for start, stop in slipping_phases(record):

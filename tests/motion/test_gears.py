@@ -13,6 +13,7 @@ from tests.support.motions import (
     Line,
     arrow,
     body,
+    instant,
     lines,
     motion,
     number,
@@ -20,6 +21,7 @@ from tests.support.motions import (
     record_of,
 )
 from tests.support.scenarios import shipped
+from tests.support.second_way import friction_radius
 
 TIMES = np.linspace(0.0, 2.0, 41)
 
@@ -132,19 +134,27 @@ def test_a_path_that_closes_is_drawn_once() -> None:
 
 
 @pytest.mark.parametrize("mesh", ["external", "internal"])
-@pytest.mark.parametrize("load", ["weight", "radial", "published"])
+@pytest.mark.parametrize("load", ["weight", "radial", "published", "over speed"])
 def test_the_forces_of_fig_2_are_those_of_the_motion(mesh: str, load: str) -> None:
     planet, length = 0.05, 0.17 if mesh == "external" else 0.07
     published = load == "published"
+    couples, arms = ([0.2, 0.1], [0.004, 0.001]) if load == "over speed" else ([0.15], [0.004])
+    over = {}
+    if load == "over speed":
+        over = {
+            "effects.hinge_friction.torque_kinetic": {"speed": [0.0, 30.0], "value": couples},
+            "effects.rolling_friction.arm_kinetic": {"speed": [0.0, 20.0], "value": arms},
+        }
     done = fs.solve(
         "epicyclic",
         {
             "mechanism.mesh": mesh,
             "mechanism.planet_radius": planet,
             "mechanism.formulation": "published" if published else "consistent",
-            "effects.rolling_friction.normal_load": "weight" if published else load,
+            "effects.rolling_friction.normal_load": load if load == "radial" else "weight",
             "effects.rolling_friction.arm": 0.004,
             "drive.torque": {"sine": {"mean": 0.0, "amplitude": 4.0, "frequency_hz": 0.7}},
+            **over,
         },
     ).record
     animation, channels = motion(done), done.channels
@@ -168,11 +178,13 @@ def test_the_forces_of_fig_2_are_those_of_the_motion(mesh: str, load: str) -> No
     (hinge,) = lines(animation, "couple of the hinge on the planet")
     turns = (length if mesh == "external" else -length) / planet
     of_hinge = hinge.size * (turns if published else turns - 1.0)
-    mesh_torque = 0.004 * (np.abs(turns) * (along if published else np.abs(along)))
+    arm = np.interp(np.abs(turns * omega), [0.0, 20.0][: len(arms)], arms)
+    mesh_torque = arm * (np.abs(turns) * (along if published else np.abs(along)))
     slips = np.abs(omega) > 1e-9
     sign = 1.0 if published else np.sign(omega)
     assert (of_hinge - sign * mesh_torque)[slips] == pytest.approx(torque[slips], abs=1e-12)
-    assert np.abs(hinge.size)[slips] == pytest.approx(0.15, rel=1e-9)
+    couple = np.interp(np.abs((turns - 1.0) * omega), [0.0, 30.0][: len(couples)], couples)
+    assert np.abs(hinge.size)[slips] == pytest.approx(couple[slips], rel=1e-9)
     assert np.all(np.abs(hinge.size) <= 0.2 * (1.0 + 1e-9))
     # The arc is about the hinge, and goes the way that the couple turns.
     spokes = (hinge.points[:, :25] - length * radial[:, None]) @ np.array([1.0, 1j])
@@ -197,3 +209,68 @@ def test_a_gear_without_its_angle_shows_the_tracer_point_alone() -> None:
     record = record_of("epicyclic", {"time": TIMES, "tracer_x": x, "tracer_y": y})
     names = {part.name for part in motion(record).parts}
     assert names == {"sun", "path of the tracer point", "tracer point"}
+
+
+@pytest.mark.parametrize("drawn", range(4))
+def test_the_forces_on_gear_and_pinion_are_in_balance(drawn: int) -> None:
+    """Figs 4 and 11 of the paper: sums and moments of what the arrows show, at all frames."""
+    rng = np.random.default_rng(drawn)
+    data: Any = shipped(
+        "marble_machine",
+        mechanism__mesh_azimuth_deg=float(rng.uniform(-180.0, 180.0)),
+        mechanism__pressure_angle_deg=float(rng.uniform(0.0, 30.0)),
+        mechanism__initial_angle_deg=float(rng.uniform(-90.0, 90.0)),
+        solver__duration=0.6,
+    )
+    record = fs.solve(data).record
+    animation, machine = motion(record), data["mechanism"]
+    of = {name: values[-1:] for name, values in record.channels.items()} if drawn % 2 else {}
+    animation = instant(record, len(record.time) - 1) if of else animation
+    of = of or record.channels
+    assert len(animation.time) == len(of["time"])  # each sample is a frame
+    arrows = [part for part in animation.parts if isinstance(part, Arrow)]
+    marbles = [part for part in arrows if part.name == "weight of a marble"]
+    assert len(marbles) == machine["slots"] // 2
+    along, along_pinion = (a for a in arrows if a.name == "force of the teeth, tangential")
+    inward, inward_pinion = (a for a in arrows if a.name == "force of the teeth, radial")
+    lever, others = arrow(animation, "reaction of the shaft"), [along, inward, *marbles]
+    others.append(arrow(animation, "weight of the gear"))
+    total = sum(each.vector for each in others)
+    assert total + lever.vector == pytest.approx(np.zeros_like(total), abs=1e-14)
+    resultant = arrow(animation, "resultant of the other forces")
+    assert resultant.vector == pytest.approx(total, abs=1e-14)
+    assert resultant.foot == pytest.approx(lever.foot)
+    assert np.linalg.norm(lever.vector, axis=1) == pytest.approx(of["shaft_reaction"], rel=1e-12)
+    # About the axis: the weights of marbles, the force of the teeth, the friction.
+    inertia = machine["gear_inertia"]
+    inertia += len(marbles) * machine["marble_mass"] * machine["marble_circle_radius"] ** 2
+    moment = sum(moment_about(each, 0.0) for each in [*others, lever])
+    assert moment == pytest.approx(inertia * of["angular_acceleration"], abs=1e-15)
+    # The pinion turns the other way; motor and pinion have an inertia.
+    pinion = [along_pinion, inward_pinion]
+    bearing = [arrow(animation, f"reaction of the pinion's shaft, {way}") for way in WAYS]
+    both = sum(each.vector for each in [*pinion, *bearing])
+    assert both == pytest.approx(np.zeros_like(both), abs=1e-14)
+    moment = sum(moment_about(each, bearing[0].foot) for each in pinion)
+    (arc,) = lines(animation, "drive of the pinion")
+    ratio, inertia = machine["gear_ratio"], data["effects"]["motor_inertia"]["inertia"]
+    turned = arc.size - moment
+    assert turned == pytest.approx(inertia * ratio * of["angular_acceleration"], abs=1e-14)
+    # In slip the reaction touches the circle of kinetic friction.
+    slips = of["mode"] != 0
+    distance = np.linalg.norm(lever.foot, axis=1)[slips]
+    assert distance == pytest.approx(friction_radius(0.003, 0.4), rel=1e-9)
+
+
+WAYS = ("tangential", "radial")
+
+
+def moment_about(arrow: Arrow, place: Any) -> Any:
+    """Return the moment of a force, N m."""
+    (x, y), (across, up) = (arrow.foot - place).T, arrow.vector.T
+    return x * up - y * across
+
+
+def test_without_the_forces_of_the_teeth_there_are_no_arrows() -> None:
+    few = fs.solve(shipped("marble_machine", output__channels=["angle"])).record
+    assert not [part for part in motion(few).parts if isinstance(part, Arrow)]

@@ -100,8 +100,7 @@ def over_speed(scenario: EpicyclicScenario) -> tuple[OverSpeed | None, OverSpeed
     """Return `kinetic` and `lever` over phi', rad/s; None for one that is constant."""
     geometry, effects = scenario.mechanism, scenario.effects
     hinge, rolling = effects.hinge_friction, effects.rolling_friction
-    turns = abs(geometry.planet_speed_ratio)
-    ratio = geometry.sun_radius / geometry.planet_radius
+    turns, ratio = abs(geometry.planet_speed_ratio), geometry.sun_radius / geometry.planet_radius
     couple = hinge and friction_over_speed(hinge.torque_kinetic, hinge.torque_static)
     arm = rolling and friction_over_speed(rolling.rolling_arm, rolling.arm)
     return (

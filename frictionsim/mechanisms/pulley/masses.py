@@ -32,6 +32,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
+from frictionsim.mechanisms.journal import journal_channels
 from frictionsim.mechanisms.pulley.rope_impact import shock
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
@@ -498,6 +499,7 @@ def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
         energy_scale=lambda samples: n.r * weights + torque + kinetic,
         run_warnings=run_warnings,
         checks=checks,
+        derived=journal_channels(effects.shaft_friction, n.inertia),
     )
 
 
