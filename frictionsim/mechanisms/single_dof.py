@@ -1,8 +1,11 @@
 """What mechanisms of one coordinate share: the base of their scenarios, channels, warnings."""
 
-from collections.abc import Callable
-from math import ceil, floor, radians
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from math import ceil, floor, inf, radians
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+
+from pydantic import model_validator
 
 from frictionsim.results import (
     BACKWARD,
@@ -15,7 +18,10 @@ from frictionsim.results import (
     Metric,
 )
 from frictionsim.scenario.methods import SET_VALUED, SINGLE_DOF, Pairs
+from frictionsim.scenario.schema import inconsistent
 from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.signal_tables import signal_from
+from frictionsim.scenario.signals import Signal
 from frictionsim.simulation.mechanism import ContactColumns, Mechanism, Samples
 from frictionsim.solvers.system import MARGINS, OneCoordinate
 
@@ -31,9 +37,34 @@ METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_fric
 
 
 class SingleDofScenario(Scenario):
-    """A scenario of one coordinate; its `mechanism` has the initial angle and angular velocity."""
+    """A scenario of one coordinate; its `mechanism` has the initial angle and angular velocity.
+
+    Of a kind with PRESCRIBES, the key `drive.speed` gives the velocity.
+    """
 
     PAIRS: ClassVar[Pairs] = SINGLE_DOF
+    PRESCRIBES: ClassVar[bool] = False
+
+    @property
+    def given_speed(self) -> Signal | None:
+        """The prescribed angular velocity, rad/s; None if it follows from the equation."""
+        speed = getattr(getattr(self, "drive", None), "speed", None) if self.PRESCRIBES else None
+        return None if speed is None else signal_from(speed)
+
+    @property
+    def law(self) -> str:
+        """The friction law; empty with a prescribed speed, which needs none."""
+        return super().law if self.given_speed is None else ""
+
+    @model_validator(mode="after")
+    def _check_initial_velocity(self) -> Self:
+        mechanism: Any = getattr(self, "mechanism", None)
+        if self.given_speed is not None and mechanism.initial_angular_velocity != 0.0:
+            raise inconsistent(
+                ("mechanism", "initial_angular_velocity"),
+                "the drive prescribes the speed; remove this key",
+            )
+        return self
 
 
 def base_channels(body: str) -> dict[str, Channel]:
@@ -65,8 +96,9 @@ def simulation_of(build: Callable[[Any], Mechanism]) -> Callable[[Scenario], "Si
 
 def start_of(scenario: Any) -> tuple[float, float]:
     """Return angle, rad, and angular velocity, rad/s, at the start."""
-    mechanism = scenario.mechanism
-    return radians(mechanism.initial_angle_deg), mechanism.initial_angular_velocity
+    mechanism, speed = scenario.mechanism, getattr(scenario, "given_speed", None)
+    velocity = mechanism.initial_angular_velocity if speed is None else speed(0.0)
+    return radians(mechanism.initial_angle_deg), velocity
 
 
 def one_coordinate(
@@ -119,6 +151,7 @@ def one_coordinate(
             *([] if prescribed else nothing_moved(system, samples, is_turned)),
             *tiny_motion(samples["angle"], samples["angular_velocity"], atol),
             *run_warnings(samples),
+            *(undetermined(samples) if prescribed else []),
         ]
 
     return Mechanism(
@@ -135,6 +168,21 @@ def one_coordinate(
         tolerance_share=tolerance_share,
         prescribed=prescribed,
     )
+
+
+def undetermined(samples: Samples) -> list[str]:
+    """Warn of a rest that the drive gives to a body with dry friction."""
+    import numpy as np
+
+    if "mode" not in samples.columns:
+        return []
+    limit = np.where(samples["mode"] == STICK, samples[MARGINS[0]], 0.0)
+    return [
+        f"drive.speed is 0 at {time:.6g} s: the friction of a body that is held is undetermined,"
+        " and counts as 0; drive_torque may differ from what is shown there by up to the static"
+        f" limit, {np.max(limit):.4g} N m"
+        for time in samples.time[limit > 0.0][:1]
+    ]
 
 
 def torque_at_rest(samples: Samples) -> Any:
@@ -166,3 +214,42 @@ class MultiplesOf(NamedTuple):
             first: float = (floor(start / every) + 1) * every
             return y[0] - first
         return (ceil(start / every) - 1) * every - y[0]
+
+
+class TableKnots:
+    """The surface at which the slope of a size over angle or speed jumps.
+
+    Parameters
+    ----------
+    angles, speeds : sequence of float, rad and rad/s
+        In ascending order.
+    coordinates : int
+        Of the system, the first of which is the angle.
+    """
+
+    event = ""
+
+    def __init__(
+        self, angles: Sequence[float], speeds: Sequence[float], coordinates: int = 1
+    ) -> None:
+        self.angles, self.speeds, self._speed = angles, speeds, coordinates
+
+    def beyond(self, step: Any, t: float, y: list[float]) -> float:
+        """Return a number that is positive beyond the first knot after the start of a step."""
+        return max(
+            _beyond_next(self.angles, step.y_old[0], y[0]),
+            _beyond_next(self.speeds, step.y_old[self._speed], y[self._speed]),
+        )
+
+
+def _beyond_next(knots: Sequence[float], x_old: float, x: float) -> float:
+    """Return how far x is beyond the next knot above or below x_old."""
+    above, beyond = bisect_right(knots, x_old), -inf
+    below = above - 1
+    if below >= 0 and knots[below] == x_old:
+        below -= 1
+    if above < len(knots):
+        beyond = x - knots[above]
+    if below >= 0:
+        beyond = max(beyond, knots[below] - x)
+    return beyond

@@ -20,7 +20,7 @@ from frictionsim.solvers import solver_of
 from frictionsim.solvers.events import STOP
 from frictionsim.solvers.loop import State
 from frictionsim.solvers.modes import holds, subject
-from frictionsim.solvers.prescribed import DRIVE, PrescribedMotion
+from frictionsim.solvers.prescribed import DRIVE, PrescribedEvents
 from frictionsim.solvers.recording import Recording
 from frictionsim.solvers.rkf45 import Step, Tolerances
 
@@ -68,7 +68,7 @@ class CoordinateSimulation:
                 f"solver.backend: end stops need the backend 'events', got '{settings.backend}'"
             )
         self._solver = (
-            PrescribedMotion(*parts)
+            PrescribedEvents(*parts)
             if mechanism.prescribed
             else solver_of(mechanism.law, settings.backend, *parts)
         )
@@ -146,7 +146,7 @@ class CoordinateSimulation:
         rows = require_array(state, "transitions", np.float64, ndim=2)
         if rows.shape != (len(contacts), 4):  # time, modes before and after it, position
             raise unfit("transitions", "is of another type or shape")
-        names = [STOP, DRIVE, *[c.name for c in self._mechanism.system.contacts]]
+        names = [STOP, DRIVE, *[c.name for c in self._mechanism.contacts]]
         names += [surface.event for surface in self._mechanism.system.surfaces]
         known = {name.encode(): name for name in names if name}
         if not known.keys() >= set(contacts):

@@ -8,9 +8,7 @@ from pydantic import Field, model_validator
 from frictionsim.mechanisms.effects import Gravity
 from frictionsim.mechanisms.epicyclic.channels import CHANNELS
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint
-from frictionsim.mechanisms.single_dof import (
-    SingleDofScenario,
-)
+from frictionsim.mechanisms.single_dof import SingleDofScenario
 from frictionsim.results import Channel
 from frictionsim.scenario.methods import REGULARISED, SET_VALUED
 from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, inconsistent, unit_field
@@ -123,6 +121,7 @@ class EpicyclicScenario(SingleDofScenario):
     """A scenario of kind `epicyclic`."""
 
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+    PRESCRIBES: ClassVar[bool] = True
 
     kind: Literal["epicyclic"]
     mechanism: EpicyclicParameters
@@ -181,10 +180,5 @@ class EpicyclicScenario(SingleDofScenario):
             raise inconsistent(
                 ("effects", "rolling_friction", "normal_load"),
                 "eq 26 as published has no radial load; use 'weight', or formulation 'consistent'",
-            )
-        if self.drive.speed is not None and self.mechanism.initial_angular_velocity != 0.0:
-            raise inconsistent(
-                ("mechanism", "initial_angular_velocity"),
-                "the drive prescribes the speed; remove this key",
             )
         return self

@@ -72,7 +72,8 @@ def build(scenario: ShaftScenario) -> Mechanism:
         quantities,
         run_warnings=run_warnings,
         is_turned=is_turned,
-        tolerance_share=tolerance_share(scenario, shaft),
+        tolerance_share=1.0 if scenario.drive else tolerance_share(scenario, shaft),
+        prescribed=scenario.drive is not None,
     )
 
 

@@ -6,6 +6,7 @@ from frictionsim.results import Channel
 CHANNELS = base_channels("body") | {
     "angle": Channel("rad", "angle of the body, positive counter-clockwise"),
     "applied_torque": Channel("N m", "torque on the body, of all but dry friction and end stops"),
+    "drive_torque": Channel("N m", "torque of the drive that gives the speed, one of the applied"),
     "stop_torque": Channel("N m", "torque of an end stop on the body that rests on it"),
     "shaft_reaction": Channel("N", "reaction of the shaft"),
     "reaction_x": Channel("N", "reaction of the shaft on the body, component to the right"),
