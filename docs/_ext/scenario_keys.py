@@ -9,6 +9,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from frictionsim.scenario.kinds import mechanism_module
+from frictionsim.scenario.kinetic_friction import KineticCurve
 from frictionsim.scenario.methods import methods_of
 from frictionsim.scenario.model_fields import (
     FREE_NAME,
@@ -150,7 +151,10 @@ def _form(annotation: Any) -> str:
     choices = [a for a in types_and_choices(annotation) if isinstance(a, str)]
     if choices:
         return _choice(choices)
-    if len(list(models_in(annotation))) > 1:
+    models = list(models_in(annotation))
+    if models and issubclass(models[0], KineticCurve):
+        return "number or [curve](../scenarios.md#friction-over-speed)"
+    if len(models) > 1:
         several = " or list of them" if holds(annotation, tuple) else ""
         return f"[signal](../scenarios.md#signals){several}"
     names = {float: "number", int: "whole number", str: "text", bool: "true or false"}
@@ -186,6 +190,8 @@ def _default(field: FieldInfo) -> str:
 
 
 def _range(field: FieldInfo) -> str:
+    if any(issubclass(model, KineticCurve) for model in models_in(field.annotation)):
+        return "≥ 0"
     if get_origin(field.annotation) is Union or not field.metadata:
         return ""
     ranges = []

@@ -132,6 +132,14 @@ def compare(
     return EXIT_DONE if comparison.same else EXIT_DIFFERENT
 
 
+PLOT_OPTIONS = {
+    "window": "from and --to",
+    "title": "no-title",
+    "measured": "channel",
+    "units": "unit",
+}
+
+
 @command
 def plot(
     result: list[Path],
@@ -143,6 +151,9 @@ def plot(
     start: float | None = None,
     stop: float | None = None,
     channels: str | None = None,
+    data: Path | None = None,
+    measured: list[str] | None = None,
+    units: list[str] | None = None,
     width: str | None = None,
     height: str | None = None,
     dpi: float | None = None,
@@ -166,6 +177,10 @@ def plot(
     --from SECONDS        Begin the time window here. [start of the run]
     --to SECONDS          End the time window here. [end of the run]
     --channels NAME,NAME  Draw these channels over time. [default of the kind]
+    --data FILE           Read measured or digitised values from this CSV.
+    --channel NAME[=COLUMN]  Draw this channel, with these values as points. May be repeated.
+    --unit NAME=UNIT      Take the data of a channel in this unit: deg/s, rpm. May be repeated.
+                          [that of the heading, or of the channel]
     --width LENGTH        Set the width of the picture, in mm, cm, in or pt: 84mm. [that of the
                           view]
     --height LENGTH       Set the height of the picture, in these units. [that of the view]
@@ -177,7 +192,9 @@ def plot(
     --no-title            Leave out the title.
     """
     log_on_stderr(0)
-    with named_by_option({"window": "from and --to", "title": "no-title"}):
+    with named_by_option(
+        {"window": "from and --to", "title": "no-title", "measured": "channel", "units": "unit"}
+    ):
         from frictionsim.api.pictures import PlotOptions, SavedPictures, save_pictures
 
         options = PlotOptions.among(locals(), window=(start, stop), title=not no_title)

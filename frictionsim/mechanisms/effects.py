@@ -7,7 +7,14 @@ from typing import Any, Self
 
 from pydantic import model_validator
 
-from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, unit_field
+from frictionsim.scenario.kinetic_friction import (
+    KineticCoefficient,
+    OverSpeed,
+    check_kinetic_friction,
+    friction_at_rest,
+    friction_over_speed,
+)
+from frictionsim.scenario.schema import FrictionLaw, Params, unit_field
 from frictionsim.solvers.system import Friction, Term
 
 CONTACT_NAME = "shaft"
@@ -42,16 +49,17 @@ class ShaftFriction(FrictionLaw):
     """Dry friction of a journal on a fixed shaft.
 
     Sticking holds while |M| <= r_s R; sliding gives a torque r_k R against the motion, with
-    the friction radii r_s, r_k of `mu_s`, `mu_k` and the reaction R of the shaft.
+    the friction radii r_s, r_k of `mu_s`, `mu_k` and the reaction R of the shaft. The speed of a
+    `mu_k` over speed is shaft_radius |w|.
     """
 
     shaft_radius: float = unit_field("m", "Radius of the shaft, where the journal slides.", gt=0)
     mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
-    mu_k: float = unit_field("1", "Kinetic coefficient of friction.", ge=0)
+    mu_k: KineticCoefficient = unit_field("1", "Kinetic coefficient of friction.")
 
     @model_validator(mode="after")
     def _kinetic_not_above_static(self) -> Self:
-        check_kinetic("mu_k", self.mu_k, "mu_s", self.mu_s)
+        check_kinetic_friction("mu_k", self.mu_k, "mu_s", self.mu_s)
         return self
 
     @property
@@ -61,8 +69,20 @@ class ShaftFriction(FrictionLaw):
 
     @property
     def kinetic_radius(self) -> float:
-        """r_k, m."""
-        return friction_radius(self.shaft_radius, self.mu_k)
+        """r_k, m; at the speed zero."""
+        return friction_radius(self.shaft_radius, friction_at_rest(self.mu_k, self.mu_s))
+
+    @property
+    def radius_over_speed(self) -> OverSpeed | None:
+        """r_k, m, over w, rad/s; None if it is constant."""
+        mu, radius = friction_over_speed(self.mu_k, self.mu_s), self.shaft_radius
+        return mu and mu.of(radius, lambda mu: friction_radius(radius, mu))
+
+    @property
+    def largest_radius(self) -> float:
+        """The largest r_k of all speeds, m."""
+        over_speed = self.radius_over_speed
+        return over_speed.largest if over_speed else self.kinetic_radius
 
 
 def journal_friction(
@@ -81,13 +101,19 @@ def journal_friction(
     """
     if effect is None:
         return None
-    r_s, r_k = effect.static_radius, effect.kinetic_radius
-    return Friction(
+    r_s, r_k, over_speed = effect.static_radius, effect.kinetic_radius, effect.radius_over_speed
+    friction = Friction(
         CONTACT_NAME,
         static=lambda u, q: r_s * reaction(u, q),
         kinetic=lambda u, q, w, s, applied: r_k * reaction(u, q),
         roundoff=roundoff,
         **effect.law_of_contact(),
+    )
+    if over_speed is None:
+        return friction
+    return friction._replace(
+        kinetic=lambda u, q, w, s, applied: over_speed.at(w) * reaction(u, q),
+        surfaces=over_speed.surfaces(1),
     )
 
 

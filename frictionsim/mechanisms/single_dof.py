@@ -1,8 +1,7 @@
 """What mechanisms of one coordinate share: the base of their scenarios, channels, warnings."""
 
-from bisect import bisect_right
-from collections.abc import Callable, Sequence
-from math import ceil, floor, inf, radians
+from collections.abc import Callable
+from math import ceil, floor, radians
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 from pydantic import model_validator
@@ -214,42 +213,3 @@ class MultiplesOf(NamedTuple):
             first: float = (floor(start / every) + 1) * every
             return y[0] - first
         return (ceil(start / every) - 1) * every - y[0]
-
-
-class TableKnots:
-    """The surface at which the slope of a size over angle or speed jumps.
-
-    Parameters
-    ----------
-    angles, speeds : sequence of float, rad and rad/s
-        In ascending order.
-    coordinates : int
-        Of the system, the first of which is the angle.
-    """
-
-    event = ""
-
-    def __init__(
-        self, angles: Sequence[float], speeds: Sequence[float], coordinates: int = 1
-    ) -> None:
-        self.angles, self.speeds, self._speed = angles, speeds, coordinates
-
-    def beyond(self, step: Any, t: float, y: list[float]) -> float:
-        """Return a number that is positive beyond the first knot after the start of a step."""
-        return max(
-            _beyond_next(self.angles, step.y_old[0], y[0]),
-            _beyond_next(self.speeds, step.y_old[self._speed], y[self._speed]),
-        )
-
-
-def _beyond_next(knots: Sequence[float], x_old: float, x: float) -> float:
-    """Return how far x is beyond the next knot above or below x_old."""
-    above, beyond = bisect_right(knots, x_old), -inf
-    below = above - 1
-    if below >= 0 and knots[below] == x_old:
-        below -= 1
-    if above < len(knots):
-        beyond = x - knots[above]
-    if below >= 0:
-        beyond = max(beyond, knots[below] - x)
-    return beyond

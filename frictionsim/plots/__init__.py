@@ -88,7 +88,7 @@ def view_of(kind: str, name: str | None, given: Mapping[str, Any]) -> View:
     Parameters
     ----------
     given : mapping
-        Those of time, window, channels and body that are wanted.
+        Those of time, window, channels, measured and body that are wanted.
     """
     views = views_of(kind)
     name = name or next(iter(views))
@@ -104,6 +104,7 @@ REFUSALS = {
     "time": "shows no single instant",
     "window": "does not go over time",
     "channels": "draws channels of its own",
+    "measured": "draws channels of its own",
     "body": "shows no single body",
 }
 
@@ -150,7 +151,8 @@ def draw(
     view : str, optional
         One of `views_of` the kind; the default is the first.
     given
-        time, s, of an instant; window, s, and channels of a view over time; body of a belt.
+        time, s, of an instant; window, s, channels, and measured values of some of them, of a view
+        over time; body of a belt.
     """
     chosen = view_of(record.attributes["kind"], view, given)
     if not record.channels["time"].size:
@@ -158,6 +160,9 @@ def draw(
     check_numbers(record)
     if "time" in given:
         given["sample"] = sample_at(record, given.pop("time"))
+    if measured := given.get("measured", ()):
+        names = [*given.get("channels", ()), *(one.name.partition(".")[0] for one in measured)]
+        given["channels"] = tuple(dict.fromkeys(names))
     figure = new_figure() if figure is None else figure
     chosen.draw(record, figure, **given)
     return figure

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import Figure, SubFigure
 
+    from frictionsim.fits.data import Target
     from frictionsim.plots.over_time import Window
     from frictionsim.results import Record
 
@@ -64,10 +65,12 @@ def speeds(
     figure: "Figure | SubFigure",
     channels: Sequence[str] = (),
     window: "Window" = WHOLE,
+    measured: Sequence["Target"] = (),
 ) -> None:
     """Draw speeds and torques of the pulleys and the slip over time, or other channels."""
     if channels:
-        _, handles = over_time([record], panels_of(record, channels), figure, window=window)
+        panels = panels_of(record, channels)
+        _, handles = over_time([record], panels, figure, window=window, measured=measured)
         add_legend(figure, handles)
         return
     names = ("pulley_speed", "pulley_torque")

@@ -41,6 +41,7 @@ from frictionsim.simulation.record import sticking_phases, with_jumps
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
+    from frictionsim.fits.data import Target
     from frictionsim.plots.over_time import Window
     from frictionsim.results import Record
 
@@ -55,8 +56,8 @@ class View(NamedTuple):
     draw : callable
         `draw(record, figure, **options)` draws a result into an empty figure or subfigure.
     options : tuple of str
-        Those of "time", "window", "channels" and "body" that it takes; `time` as `sample`, the
-        number of a sample.
+        Those of "time", "window", "channels", "measured" and "body" that it takes; `time` as
+        `sample`, the number of a sample.
     overlaid : tuple of str or None
         The channels in which several results are drawn over each other, () for those of the kind;
         None for a view in which they are not.
@@ -70,7 +71,7 @@ class View(NamedTuple):
     effect: str = ""
 
 
-OVER_TIME = ("window", "channels")
+OVER_TIME = ("window", "channels", "measured")
 
 
 def response(
@@ -78,6 +79,7 @@ def response(
     figure: "Figure | SubFigure",
     channels: Sequence[str] = (),
     window: "Window" = WHOLE,
+    measured: Sequence["Target"] = (),
 ) -> None:
     """Draw the channels of the kind over time, or others, with the limits of static friction."""
     if not channels and "hanging_masses" in scenario_of(record).get("effects", {}):
@@ -85,7 +87,8 @@ def response(
         return
     panels = panels_of(record, channels)
     limits = _limits(record, panels)
-    _, handles = over_time([record], panels, figure, limits=limits, window=window)
+    look: Look = {"limits": limits, "window": window, "measured": measured}
+    _, handles = over_time([record], panels, figure, **look)
     add_legend(figure, handles)
 
 

@@ -11,6 +11,7 @@ from pydantic_core import core_schema
 
 from frictionsim.errors import InputError
 from frictionsim.scenario.kinds import mechanism_module, sound_kinds
+from frictionsim.scenario.kinetic_friction import FORMS_OF_FRICTION, KineticCurve
 from frictionsim.scenario.methods import LAWS, laws_of, methods_of
 from frictionsim.scenario.model_fields import (
     FREE_NAME,
@@ -93,6 +94,8 @@ def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
     )
     of_motion = f", {FORMS_OF_MOTION}" if AngleTable in _models_below(model) else ""
     yield from _prose(f"A signal is a number, or {FORMS}{of_motion}.")
+    if any(issubclass(each, KineticCurve) for each in _models_below(model)):
+        yield from _prose(f"A curve is kinetic friction over the speed, {FORMS_OF_FRICTION}.")
     yield "#"
     yield from _prose(f"Effects: {', '.join(key_names(effects))}.")
     yield "#"
@@ -188,6 +191,8 @@ class _Template(NamedTuple):
             return "Kind of mechanism."
         unit, models = unit_of(key.field), list(models_in(key.field.annotation))
         signal = "signal" if len(models) > 1 else ""
+        if models and issubclass(models[0], KineticCurve):
+            signal = "number or curve"
         if SpeedTable in models and AngleTable not in models:  # the heading has all forms of both
             signal += " or {speed = [...], value = [...]}"
         if signal and key.is_list:

@@ -384,7 +384,7 @@ def extremes(signal: Any, end: float) -> tuple[float, float]:
         t = curve.next_extremum(t)
     others = [0.0]
     if over_speed is not None:
-        others = [over_speed(w) for w in (0.0, *over_speed.discontinuities())]
+        others = [over_speed(s * w) for w in (0.0, *over_speed.corners()) for s in (-1.0, 1.0)]
     return min(values) + min(others), max(values) + max(others)
 
 

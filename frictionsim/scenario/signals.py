@@ -65,12 +65,13 @@ class Signal:
         i = bisect_right(self._knots, t)
         return self._knots[i] if i < len(self._knots) else inf
 
-    def discontinuities(self) -> list[float]:
-        """Return all places at which a derivative jumps."""
-        places = [self.next_discontinuity(-inf)]
-        while places[-1] < inf:
-            places.append(self.next_discontinuity(places[-1]))
-        return places[:-1]
+    def corners(self) -> tuple[float, ...]:
+        """Return the sizes of all places but 0 at which a derivative jumps, ascending."""
+        sizes, x = set[float](), self.next_discontinuity(-inf)
+        while x < inf:
+            sizes.add(abs(x))
+            x = self.next_discontinuity(x)
+        return tuple(sorted(sizes - {0.0}))
 
     def next_extremum(self, t: float) -> float:
         """Return a time after t, s, up to which the signal is monotone and smooth; inf if all."""

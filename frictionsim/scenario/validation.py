@@ -6,6 +6,8 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from frictionsim.errors import OUT_OF_RANGE, closest, unknown
+from frictionsim.scenario.kinetic_friction import FORMS_OF_FRICTION, KINETIC_TAGS, NO_FRICTION
+from frictionsim.scenario.kinetic_friction import NUMBER as KINETIC_NUMBER
 from frictionsim.scenario.model_fields import key_names, keys_that_end_with, models_in, unit_of
 from frictionsim.scenario.signal_tables import FORMS, NO_SIGNAL, NUMBER, SIGNAL_TAGS, SUM
 from frictionsim.scenario.toml_data import KeyPath
@@ -26,7 +28,16 @@ WORDS = {
     "int_type": "should be a whole number",
     "column": "should be the name of a column in quotes, or its number from 1",
     NO_SIGNAL: "should be a number",
+    NO_FRICTION: "should be a number",
 }
+# The forms besides a number, by the sort of a fault, or the tag of a number that is none.
+ALL_FORMS = {
+    NO_SIGNAL: FORMS,
+    NUMBER: FORMS,
+    NO_FRICTION: FORMS_OF_FRICTION,
+    KINETIC_NUMBER: FORMS_OF_FRICTION,
+}
+ALL_TAGS = SIGNAL_TAGS | KINETIC_TAGS
 # Pydantic says itself how many items or characters there are.
 WITH_COUNT = ("too_short", "too_long")
 
@@ -123,8 +134,8 @@ def _fault(error: Any, model: type[BaseModel], meant: str) -> tuple[KeyPath, str
         words += f" in {unit}"
     elif unit and kind.startswith(("greater", "less")):
         words += f" {unit}"
-    if kind == NO_SIGNAL or (kind == "float_type" and error["loc"][-1] == NUMBER):
-        words += f", or {FORMS}"
+    if forms := ALL_FORMS.get(error["loc"][-1] if kind == "float_type" else kind):
+        words += f", or {forms}"
     return path, words if kind in WITH_COUNT else f"{words}, got {toml_text(error['input'])}"
 
 
@@ -151,10 +162,10 @@ def _place(
     here: type[BaseModel] | None = model
     table, unit = here, ""
     for part in location:
-        if part in (NUMBER, SUM):
+        if part in (NUMBER, SUM, KINETIC_NUMBER):
             continue
-        if part in SIGNAL_TAGS:
-            here = SIGNAL_TAGS[str(part)]
+        if part in ALL_TAGS:
+            here = ALL_TAGS[str(part)]
             continue
         path = (*path, part)
         fields = {f.alias or name: f for name, f in here.model_fields.items()} if here else {}

@@ -76,6 +76,8 @@ class Friction(NamedTuple):
         A name in `frictionsim.scenario.methods`.
     transition_speed : float, rad/s
         Of the regularised law.
+    surfaces : tuple
+        Where the kinetic limit has corners; as of `System`.
     """
 
     name: str
@@ -84,6 +86,7 @@ class Friction(NamedTuple):
     roundoff: Callable[[Any, float], float]
     law: str = "set-valued"
     transition_speed: float = TRANSITION_SPEED
+    surfaces: tuple[Any, ...] = ()
 
 
 class EndStops(NamedTuple):
@@ -276,7 +279,8 @@ class OneCoordinate:
         self._acting = acting
         self.breaks, self._first_excess = breaks, first_excess
         self._first_departure = first_departure
-        self.surfaces, self.stops, self._recorded = surfaces, stops, recorded
+        self.surfaces = (*surfaces, *friction.surfaces) if friction else surfaces
+        self.stops, self._recorded = stops, recorded
         self.contacts = () if friction is None else (Contact(friction.name),)
         self.energies = _energies_of(terms, stops is not None, friction is not None)
         self.start = [*start, *[0.0 for _ in self.energies]]

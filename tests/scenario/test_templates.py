@@ -21,6 +21,9 @@ WIDTH = 100
 OF_SIGNALS = {
     *("PiecewiseLinearTable", "SineTable", "SineParameters", "SmoothStepTable"),
     *("SmoothStepParameters", "SpeedTable", "AngleTable", "CsvTable", "CsvSpeedTable"),
+    *("CoefficientPoints", "RotationPoints", "CoefficientStribeck", "CoupleStribeck"),
+    *("ArmStribeck", "CoefficientStribeckParameters", "CoupleStribeckParameters"),
+    "ArmStribeckParameters",
 }
 NEEDS = {"cord_friction": "hanging_masses"}
 

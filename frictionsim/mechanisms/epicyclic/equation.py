@@ -6,11 +6,12 @@ both Lagrange and Newton-Euler):
 
     J phi'' = M_O - K cos phi + T,   J = (2 m_OA + 9 m_2) L^2/6,   K = (G_OA/2 + G_2) L
     sliding    T = -s (M_A r1/r2 + f N lambda)
-    sticking   T holds while |T| <= M_As r1/r2 + f |G_2 sin phi| lambda
+    sticking   T holds while |T| <= M_As r1/r2 + f_s |G_2 sin phi| lambda
     N = |G_2 sin phi| (`weight`) or |G_2 sin phi - m_2 L phi'^2| (`radial`)
 
 M_A is the friction couple of the hinge between planet and crank; its power is that of their
-relative rotation phi' r1/r2. f is the arm of rolling friction at the mesh. The distribution of the
+relative rotation phi' r1/r2. f is the arm of rolling friction at the mesh, where the planet rotates
+by phi' lambda. Both may depend on the speed of that rotation. The distribution of the
 planet's radial load between crank and mesh is indeterminate; `normal_load` states an assumption.
 
 Formulation `published` is eq 26 of [1]_ as published, for all directions of motion:
@@ -35,6 +36,7 @@ from frictionsim.mechanisms.epicyclic.schema import EpicyclicScenario
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPath
 from frictionsim.mechanisms.single_dof import MultiplesOf, one_coordinate, start_of
 from frictionsim.results import Quantities, Quantity
+from frictionsim.scenario.kinetic_friction import OverSpeed, friction_at_rest, friction_over_speed
 from frictionsim.scenario.signal_tables import signal_from
 from frictionsim.simulation.mechanism import Mechanism, Samples
 from frictionsim.solvers.prescribed import OneAtSpeed
@@ -52,7 +54,7 @@ class Constants(NamedTuple):
         Weight of the planet, and its centripetal force over phi'^2.
     static, kinetic : float, N m
         Couple of the hinge on the crank: M_A r1/r2, `published` M_A lambda; 0 without it.
-    lever : float, m
+    static_lever, lever : float, m
         f lambda; 0 without rolling friction.
     is_radial : bool
         The load of the mesh has the centripetal force in it.
@@ -65,13 +67,14 @@ class Constants(NamedTuple):
     mass_length: float
     static: float
     kinetic: float
+    static_lever: float
     lever: float
     is_radial: bool
     parts: tuple[str, ...]
 
 
 def constants_of(scenario: EpicyclicScenario) -> Constants:
-    """Return the constants of the equation of a scenario."""
+    """Return the constants of the equation of a scenario, those of motion at the speed zero."""
     geometry, effects = scenario.mechanism, scenario.effects
     hinge, rolling = effects.hinge_friction, effects.rolling_friction
     L, turns = geometry.length, geometry.planet_speed_ratio
@@ -86,10 +89,24 @@ def constants_of(scenario: EpicyclicScenario) -> Constants:
         G_2,
         geometry.planet_mass * L,
         hinge.torque_static * ratio if hinge else 0.0,
-        hinge.torque_kinetic * ratio if hinge else 0.0,
+        friction_at_rest(hinge.torque_kinetic, hinge.torque_static) * ratio if hinge else 0.0,
         rolling.arm * turns if rolling else 0.0,
+        friction_at_rest(rolling.rolling_arm, rolling.arm) * turns if rolling else 0.0,
         is_radial,
         tuple(name for name, is_there in parts.items() if is_there),
+    )
+
+
+def over_speed(scenario: EpicyclicScenario) -> tuple[OverSpeed | None, OverSpeed | None]:
+    """Return `kinetic` and `lever` over phi', rad/s; None for one that is constant."""
+    geometry, effects = scenario.mechanism, scenario.effects
+    hinge, rolling = effects.hinge_friction, effects.rolling_friction
+    turns, ratio = geometry.planet_speed_ratio, geometry.sun_radius / geometry.planet_radius
+    couple = hinge and friction_over_speed(hinge.torque_kinetic, hinge.torque_static)
+    arm = rolling and friction_over_speed(rolling.rolling_arm, rolling.arm)
+    return (
+        couple.of(ratio, lambda x: x * ratio) if couple else None,
+        arm.of(turns, lambda x: x * turns) if arm else None,
     )
 
 
@@ -171,23 +188,33 @@ def _friction(
     scenario: EpicyclicScenario, constants: Constants, load: Callable[[float, float], float]
 ) -> tuple[Friction, tuple[Any, ...]]:
     """Return the dry friction of hinge and mesh, as far as they are there, and its surfaces."""
-    static, kinetic, lever = constants.static, constants.kinetic, constants.lever
-    largest = constants.K + static + lever * constants.G_2
+    static, kinetic = constants.static, constants.kinetic
+    static_lever, lever = constants.static_lever, constants.lever
+    largest = constants.K + static + static_lever * constants.G_2
     surfaces: tuple[Any, ...] = (MultiplesOf(pi),)
     if constants.is_radial:
         surfaces = (Unloading(load),)
     friction = Friction(
         "+".join(constants.parts),
-        static=lambda M_O, q: static + lever * abs(load(q, 0.0)),
+        static=lambda M_O, q: static + static_lever * abs(load(q, 0.0)),
         kinetic=lambda M_O, q, v, s, M: kinetic + lever * abs(load(q, v)),
         roundoff=lambda M_O, q: ROUNDING * (abs(M_O) + largest),
         **scenario.law_of_contact.law_of_contact(),
     )
-    if "mesh" in constants.parts:
-        return friction, surfaces
-    return friction._replace(
-        static=lambda M_O, q: static, kinetic=lambda M_O, q, v, s, M: kinetic
-    ), ()
+    if "mesh" not in constants.parts:
+        surfaces = ()
+        friction = friction._replace(
+            static=lambda M_O, q: static, kinetic=lambda M_O, q, v, s, M: kinetic
+        )
+    curves = over_speed(scenario)
+    if any(curves):
+        at = [curve.at if curve else None for curve in curves]
+        couple, arm = at[0] or (lambda v: kinetic), at[1] or (lambda v: lever)
+        friction = friction._replace(
+            kinetic=lambda M_O, q, v, s, M: couple(v) + arm(v) * abs(load(q, v)),
+            surfaces=tuple(corner for curve in curves if curve for corner in curve.surfaces(1)),
+        )
+    return friction, surfaces
 
 
 def path_of(scenario: EpicyclicScenario) -> TracerPath:
@@ -200,7 +227,8 @@ def path_of(scenario: EpicyclicScenario) -> TracerPath:
 def _quantities(scenario: EpicyclicScenario, samples: Samples) -> Quantities:
     """Return the mean torque of uniform rotation, cusps and dwell."""
     values = {"uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m")}
-    if constants_of(scenario).is_radial and samples.time.size:
+    depends = constants_of(scenario).is_radial or any(over_speed(scenario))
+    if depends and samples.time.size:
         torque = uniform_torque_mean(scenario, float(samples["angular_velocity"][-1]))
         values["uniform_torque_mean_at_final_speed"] = Quantity(torque, "N m")
     if scenario.effects.tracer_point:
@@ -229,10 +257,11 @@ def _run_warnings(scenario: EpicyclicScenario, samples: Samples) -> list[str]:
 def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:
     """Return the mean torque over a turn for uniform forward rotation of the crank, N m.
 
-    speed = 0 is the limit of slow rotation; with `radial` the torque depends on the speed.
-    Gravity has no mean. Eq 28 as published: M_A lambda. Consistent: M_A r1/r2 + f <N> lambda, with
-    <|a sin phi - b|> = b for b >= a, else 2/pi (sqrt(a^2 - b^2) + b asin(b/a)), where a = G_2 and
-    b = m_2 L phi'^2 (`radial`, at the given speed) or 0 (`weight`).
+    speed = 0 is the limit of slow rotation; the torque depends on the speed with `radial`, and with
+    friction over the speed. Gravity has no mean. Eq 28 as published: M_A lambda. Consistent:
+    M_A r1/r2 + f <N> lambda, with <|a sin phi - b|> = b for b >= a, else
+    2/pi (sqrt(a^2 - b^2) + b asin(b/a)), where a = G_2 and b = m_2 L phi'^2 (`radial`, at the given
+    speed) or 0 (`weight`).
 
     Parameters
     ----------
@@ -244,4 +273,6 @@ def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:
         return constants.kinetic
     a, b = constants.G_2, constants.mass_length * speed * speed if constants.is_radial else 0.0
     load = b if b >= a else 2.0 / pi * (sqrt(a * a - b * b) + b * asin(b / a))
-    return constants.kinetic + constants.lever * load
+    couple, lever = over_speed(scenario)
+    kinetic = couple.at(speed) if couple else constants.kinetic
+    return kinetic + (lever.at(speed) if lever else constants.lever) * load

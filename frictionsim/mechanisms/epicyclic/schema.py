@@ -10,8 +10,14 @@ from frictionsim.mechanisms.epicyclic.channels import CHANNELS
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint
 from frictionsim.mechanisms.single_dof import SingleDofScenario
 from frictionsim.results import Channel
+from frictionsim.scenario.kinetic_friction import (
+    KineticArm,
+    KineticCouple,
+    KineticCurve,
+    check_kinetic_friction,
+)
 from frictionsim.scenario.methods import REGULARISED, SET_VALUED
-from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, inconsistent, unit_field
+from frictionsim.scenario.schema import FrictionLaw, Params, inconsistent, unit_field
 from frictionsim.scenario.signal_tables import TimeSignal
 
 
@@ -83,29 +89,43 @@ class SharedFrictionLaw(FrictionLaw):
 
 
 class HingeFriction(SharedFrictionLaw):
-    """Dry couple between planet and crank."""
+    """Dry couple between planet and crank; a speed is that of the planet relative to the crank."""
 
     torque_static: float = unit_field(
         "N m", "Couple that the hinge can hold, not below torque_kinetic.", ge=0
     )
-    torque_kinetic: float = unit_field("N m", "Couple of the sliding hinge.", ge=0)
+    torque_kinetic: KineticCouple = unit_field("N m", "Couple of the sliding hinge.")
 
     @model_validator(mode="after")
     def _kinetic_not_above_static(self) -> Self:
-        check_kinetic("torque_kinetic", self.torque_kinetic, "torque_static", self.torque_static)
+        kinetic = "torque_kinetic", self.torque_kinetic
+        check_kinetic_friction(*kinetic, "torque_static", self.torque_static)
         return self
 
 
 class RollingFriction(SharedFrictionLaw):
-    """Rolling friction of the planet on the sun."""
+    """Rolling friction of the planet on the sun; a speed is that of the planet's rotation."""
 
     arm: float = unit_field(
         "m", "Distance by which the normal force runs ahead of the contact.", ge=0
+    )
+    arm_kinetic: KineticArm | None = unit_field(
+        "m", "That distance while the planet rolls; arm if left out.", None
     )
     normal_load: Literal["weight", "radial"] = Field(
         "weight",
         description="Load of the mesh: the planet's weight, or with its centripetal force.",
     )
+
+    @property
+    def rolling_arm(self) -> float | KineticCurve:
+        """The arm while it rolls, m."""
+        return self.arm if self.arm_kinetic is None else self.arm_kinetic
+
+    @model_validator(mode="after")
+    def _kinetic_not_above_static(self) -> Self:
+        check_kinetic_friction("arm_kinetic", self.rolling_arm, "arm", self.arm)
+        return self
 
 
 class EpicyclicEffects(Params):
@@ -180,5 +200,17 @@ class EpicyclicScenario(SingleDofScenario):
             raise inconsistent(
                 ("effects", "rolling_friction", "normal_load"),
                 "eq 26 as published has no radial load; use 'weight', or formulation 'consistent'",
+            )
+        hinge = self.effects.hinge_friction
+        if published and hinge is not None and isinstance(hinge.torque_kinetic, KineticCurve):
+            raise inconsistent(
+                ("effects", "hinge_friction", "torque_kinetic"),
+                "eq 26 as published has a constant couple; give a number, or use formulation"
+                " 'consistent'",
+            )
+        if published and rolling is not None and rolling.arm_kinetic is not None:
+            raise inconsistent(
+                ("effects", "rolling_friction", "arm_kinetic"),
+                "eq 26 as published has one arm; remove this key, or use formulation 'consistent'",
             )
         return self

@@ -34,12 +34,15 @@ from frictionsim.mechanisms.marble_machine.statics import (
     impending_motion_torques,
     mesh_of,
 )
+from frictionsim.mechanisms.marble_machine.tables import MarbleMachineEffects
 from frictionsim.mechanisms.single_dof import MultiplesOf, one_coordinate, start_of
 from frictionsim.results import STICK, Quantities, Quantity
 from frictionsim.scenario.signal_tables import signal_from
 from frictionsim.scenario.signals import Constant, Signal
 from frictionsim.simulation.mechanism import Mechanism, Samples
 from frictionsim.solvers.system import INPUT, OneCoordinate, Term
+
+Limit = Callable[[float, float, float, int, float], float]
 
 
 def build(scenario: MarbleMachineScenario) -> Mechanism:
@@ -74,9 +77,7 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
         roundoff=lambda T_p, q: ROUNDING * (k * abs(T_p) + largest),
     )
     if friction and J:
-        r_k = effects.shaft_friction.kinetic_radius  # type: ignore[union-attr]
-        kinetic = _kinetic_limit(r_k, mesh, weight, J * k / I)
-        friction = friction._replace(kinetic=kinetic)
+        friction = friction._replace(kinetic=_kinetic(effects, mesh, weight, J * k / I))
     channels = ["motor_torque", "shaft_reaction", "carried_marbles"]
     system = OneCoordinate(
         drive,
@@ -125,9 +126,21 @@ def _pinion_torque(
     return Constant(u), lambda t, q, w: u * (1.0 - slope * w)
 
 
-def _kinetic_limit(
-    r_k: float, mesh: GearMesh, weight: float, ratio: float
-) -> Callable[[float, float, float, int, float], float]:
+def _kinetic(effects: MarbleMachineEffects, mesh: GearMesh, weight: float, ratio: float) -> Limit:
+    """Return the kinetic limit with the inertia of the motor, of one r_k or of one over speed."""
+    journal = effects.shaft_friction
+    assert journal is not None  # of which it is the limit
+    radius = journal.radius_over_speed
+    if radius is None:
+        return _kinetic_limit(journal.kinetic_radius, mesh, weight, ratio)
+
+    def limit(T_p: float, q: float, w: float, s: int, M: float) -> float:
+        return _kinetic_limit(radius.at(w), mesh, weight, ratio)(T_p, q, w, s, M)
+
+    return limit
+
+
+def _kinetic_limit(r_k: float, mesh: GearMesh, weight: float, ratio: float) -> Limit:
     """Return the kinetic limit with the inertia J of motor and pinion, by which T_m differs.
 
     With ratio = J k/I > 0 and I theta'' = M - s F, the limit F = r_k R_shaft(T_m) is the root of

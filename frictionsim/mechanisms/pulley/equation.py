@@ -22,7 +22,8 @@ from typing import Any
 from frictionsim.mechanisms.effects import ROUNDING, journal_friction, viscous_damping
 from frictionsim.mechanisms.pulley.schema import PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_forces, limit_torques
-from frictionsim.mechanisms.single_dof import TableKnots, one_coordinate, start_of
+from frictionsim.mechanisms.single_dof import one_coordinate, start_of
+from frictionsim.scenario.kinetic_friction import Corners
 from frictionsim.scenario.signal_tables import signal_and_curve
 from frictionsim.simulation.mechanism import Mechanism, Samples
 from frictionsim.solvers.prescribed import OneAtSpeed
@@ -61,7 +62,7 @@ def build(scenario: PulleyScenario) -> Any:
         friction,
         start=start_of(scenario),
         breaks=() if by_torque else _critical_forces(r_e, r_s, W, vertical),
-        surfaces=() if curve is None else (TableKnots((), curve.discontinuities()),),
+        surfaces=() if curve is None else (Corners(1, curve.corners()),),
         channels=("drive_torque" if by_torque else "drive_force", "shaft_reaction"),
         recorded=lambda u, q, w, a: [u, reaction(u, q)],
     )

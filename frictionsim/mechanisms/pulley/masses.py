@@ -39,8 +39,9 @@ from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
 from frictionsim.mechanisms.pulley.rope_impact import shock
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
-from frictionsim.mechanisms.single_dof import TableKnots, start_of, undetermined
+from frictionsim.mechanisms.single_dof import start_of, undetermined
 from frictionsim.results import FORWARD, SLACK, STICK, Check, Quantity, Transition
+from frictionsim.scenario.kinetic_friction import Corners, OverSpeed
 from frictionsim.scenario.signal_tables import extremes, signal_and_curve
 from frictionsim.simulation.mechanism import ContactColumns, Mechanism, Samples
 from frictionsim.solvers.prescribed import DRIVE, Segment
@@ -91,8 +92,10 @@ class Lift:
     start : (float, float), rad and rad/s
     has_damping, has_shaft : bool
         Whether there is viscous damping, and dry friction of the shaft.
+    radius, ratio : OverSpeed or None
+        r_k over w, and the kinetic ratio of tensions over the rate of slip, if not constant.
     curve : Signal or None
-        A torque over the speed of the pulley, which adds to that of the drive.
+        A torque over w, which adds to that of the drive.
 
     Attributes
     ----------
@@ -101,7 +104,6 @@ class Lift:
     contact_columns : tuple of ContactColumns
     """
 
-    surfaces: tuple[Any, ...] = ()
     stops = None
     coordinates: int
     # Of the coordinates, their rates, the numbers of a sample that `own_numbers` returns.
@@ -119,12 +121,19 @@ class Lift:
         start: tuple[float, float],
         has_damping: bool = False,
         has_shaft: bool = False,
+        radius: OverSpeed | None = None,
+        ratio: OverSpeed | None = None,
         curve: "Signal | None" = None,
     ) -> None:
         self.n, self.drive, self.first = n, drive, 1 if has_shaft else 0
-        self._loads, self._shift = _loads(n, drive, curve, has_damping), _shift(n, has_shaft)
-        if curve is not None:
-            self.surfaces = (TableKnots((), curve.discontinuities(), self.coordinates),)
+        self._loads = _loads(n, drive, curve, has_damping)
+        self._shift, self.radius = _shift(n, has_shaft, radius), radius
+        self._ratio, w = _ratio(n, ratio), self.coordinates
+        self.surfaces: tuple[Any, ...] = (
+            *(radius.surfaces(w) if radius else ()),
+            *(ratio.surfaces(w + 1) if ratio else ()),
+            *([Corners(w, curve.corners())] if curve else []),
+        )
         powers: dict[str, Callable[[Balance, list[float]], float]] = {
             INPUT: (lambda f, v: f.u * v[0]) if n.by_torque else self._power_of_force
         }
@@ -160,11 +169,13 @@ class Lift:
         )
 
     def tensions(
-        self, pull: float, torque: float, shift: float | None, modes: list[int], a: float = 0.0
-    ) -> tuple[float, list[float], float, float]:
+        self, v: list[float], pull: float, torque: float, shift: float | None, modes: list[int],
+        a: float = 0.0,
+    ) -> tuple[float, list[float], float, float]:  # fmt: skip
         """Return w', the accelerations of the other coordinates, T1 and T2.
 
-        Of P + m2 g, N, tau - b w, N m, and what `_shift` returns; without a shift, w' is a.
+        Of the rates, P + m2 g, N, tau - b w, N m, and what `_shift` returns; without a shift, w'
+        is a.
         """
         raise NotImplementedError
 
@@ -187,8 +198,8 @@ class Lift:
     def balance(self, t: float, v: list[float], modes: list[int]) -> Balance:
         """Return the forces, of the rates of the coordinates."""
         u, pull, torque = self._loads(t, v[0])
-        shift = self._shift(modes)
-        a, others, t1, t2 = self.tensions(pull, torque, shift, modes)
+        shift = self._shift(modes, v[0])
+        a, others, t1, t2 = self.tensions(v, pull, torque, shift, modes)
         T = -((t2 - t1) * self.n.r + torque) if shift is None else -shift * (t1 + t2)
         return Balance(u, [a, *others], T, t1, t2)
 
@@ -286,12 +297,21 @@ def _loads(
     return damped if has_damping else given
 
 
-def _shift(n: LiftParameters, has_shaft: bool) -> Callable[[list[int]], float | None]:
-    """Return a function of the modes: s r_k, m, by which friction shifts arms; None at rest."""
+def _shift(
+    n: LiftParameters, has_shaft: bool, radius: OverSpeed | None
+) -> Callable[[list[int], float], float | None]:
+    """Return a function of modes and w: s r_k, m, by which friction shifts arms; None at rest."""
     r_k = n.r_k
     if not has_shaft:
-        return lambda modes: 0.0
-    return lambda modes: None if modes[0] == STICK else modes[0] * r_k
+        return lambda modes, w: 0.0
+    if radius is None:
+        return lambda modes, w: None if modes[0] == STICK else modes[0] * r_k
+    return lambda modes, w: None if modes[0] == STICK else modes[0] * radius.at(w)
+
+
+def _ratio(n: LiftParameters, ratio: OverSpeed | None) -> Callable[[float], float]:
+    """Return a function of the rate of slip: the ratio of tensions of a cord that slips."""
+    return ratio.at if ratio else lambda rate: n.kinetic_ratio
 
 
 def _rigid(
@@ -357,7 +377,13 @@ class RopeLift(Lift):
         super().__init__(n, *others)
 
     def tensions(
-        self, pull: float, torque: float, shift: float | None, modes: list[int], a: float = 0.0
+        self,
+        v: list[float],
+        pull: float,
+        torque: float,
+        shift: float | None,
+        modes: list[int],
+        a: float = 0.0,
     ) -> tuple[float, list[float], float, float]:
         n, first = self.n, self.first
         taut_1 = modes[first] != SLACK
@@ -391,6 +417,8 @@ class RopeLift(Lift):
             other = 0.0
         w, rate = y[count], y[gap]
         e = self.restitution if -rate >= self.capture_speed else 0.0
+        if self.radius:  # that at the speed before the impact
+            n = n._replace(r_k=self.radius.at(w))
         end = shock(n, own, other, sign * w, rate, e)
         after = list(y)
         after[count], after[gap] = sign * end.w, end.rate
@@ -420,13 +448,20 @@ class CordLift(Lift):
     )  # fmt: skip
 
     def tensions(
-        self, pull: float, torque: float, shift: float | None, modes: list[int], a: float = 0.0
+        self,
+        v: list[float],
+        pull: float,
+        torque: float,
+        shift: float | None,
+        modes: list[int],
+        a: float = 0.0,
     ) -> tuple[float, list[float], float, float]:
         n, sigma = self.n, modes[-1]
         if sigma == STICK:
             a, t1, t2 = _rigid(n, pull, torque, shift, a)
             return a, [0.0], t1, t2
-        ratio = n.kinetic_ratio if sigma == FORWARD else 1.0 / n.kinetic_ratio
+        ratio = self._ratio(v[1])
+        ratio = ratio if sigma == FORWARD else 1.0 / ratio
         weight = n.m1 * n.g
         t1 = (weight * n.m2 + pull * n.m1) / (n.m2 + ratio * n.m1)
         t2 = ratio * t1
@@ -465,8 +500,8 @@ class LiftAtSpeed(Lift):
     def balance(self, t: float, v: list[float], modes: list[int]) -> Balance:
         n, a = self.n, self.segment.acceleration(self.velocity, t)
         _, pull, torque = self._loads(t, v[0])
-        _, others, t1, t2 = self.tensions(pull, torque, None, modes, a)
-        shift = self._shift([self.segment.direction])
+        _, others, t1, t2 = self.tensions(v, pull, torque, None, modes, a)
+        shift = self._shift([self.segment.direction], v[0])
         T = 0.0 if shift is None else -shift * (t1 + t2)
         return Balance(n.inertia * a - (t2 - t1) * n.r - torque - T, [a, *others], T, t1, t2)
 
@@ -492,7 +527,7 @@ class RopesAtSpeed(LiftAtSpeed, RopeLift):
         rate, w = y[gap], y[self.coordinates]
         e = self.restitution if -rate >= self.capture_speed else 0.0
         impulse = -m * (1.0 + e) * rate
-        heat = n.r_k * impulse * abs(w)
+        heat = (self.radius.at(w) if self.radius else n.r_k) * impulse * abs(w)
         after[gap] = -e * rate
         after[2 * self.coordinates] += impulse * pull * w + heat
         after[self.impact_heat] += 0.5 * (1.0 - e * e) * m * rate * rate
@@ -507,18 +542,21 @@ def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
     masses = effects.hanging_masses
     assert masses is not None  # of which it is one
     has_effects = effects.viscous_damping is not None, effects.shaft_friction is not None
+    journal, cord = effects.shaft_friction, effects.cord_friction
+    radius = journal.radius_over_speed if journal else None
+    ratio = cord.ratio_over_speed if cord else None
     (drive, curve), speed = signal_and_curve(scenario.drive.given or 0.0), scenario.given_speed
-    arguments = (n, drive, start, *has_effects, curve)
-    cord: Any = CordLift if speed is None else partial(CordAtSpeed, speed)
-    ropes: Any = RopeLift if speed is None else partial(RopesAtSpeed, speed)
+    arguments = (n, drive, start, *has_effects, radius, ratio, curve)
+    of_cord: Any = CordLift if speed is None else partial(CordAtSpeed, speed)
+    of_ropes: Any = RopeLift if speed is None else partial(RopesAtSpeed, speed)
     weights = n.weight_1 + n.weight_2 + _largest_magnitude(scenario.drive.force, scenario)
     torque = _largest_magnitude(scenario.drive.torque, scenario)
     kinetic = 0.5 * (n.inertia + (n.m1 + n.m2) * n.r**2) * start[1] ** 2
     system: Lift
     if effects.cord_friction is not None:
-        system = cord(*arguments)
+        system = of_cord(*arguments)
     else:
-        system = ropes(
+        system = of_ropes(
             *arguments,
             restitution=masses.restitution,
             capture_speed=masses.capture_speed,

@@ -14,8 +14,15 @@ from frictionsim.mechanisms.effects import (
 from frictionsim.mechanisms.pulley.channels import CHANNELS
 from frictionsim.mechanisms.single_dof import SingleDofScenario
 from frictionsim.results import Channel
+from frictionsim.scenario.kinetic_friction import (
+    KineticCoefficient,
+    OverSpeed,
+    check_kinetic_friction,
+    friction_at_rest,
+    friction_over_speed,
+)
 from frictionsim.scenario.methods import EVENTS_ONLY, SET_VALUED, Pairs
-from frictionsim.scenario.schema import CoefficientsOfFriction, Params, inconsistent, unit_field
+from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.signal_tables import SpeedOrTimeSignals, TimeSignals, extremes
 
 MAX_EXPONENT = 100.0  # of exp(mu_s wrap), the ratio of tensions at which a cord slips
@@ -65,17 +72,20 @@ class HangingMasses(Params):
         return self.counterweight + 0.5 * self.rope
 
 
-class CordFriction(CoefficientsOfFriction):
+class CordFriction(Params):
     """Dry friction of the cord on the pulley, of Euler and Eytelwein: the cord may slip.
 
     It sticks while the ratio of the tensions is at most exp(mu_s wrap); slipping, the ratio is
-    exp(mu_k wrap).
+    exp(mu_k wrap). The speed of a `mu_k` over speed is that of the slip.
     """
 
+    mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
+    mu_k: KineticCoefficient = unit_field("1", "Kinetic coefficient of friction.")
     wrap_deg: float = unit_field("deg", "Angle of wrap, of all turns together.", 180.0, gt=0)
 
     @model_validator(mode="after")
     def _check_cord_friction(self) -> Self:
+        check_kinetic_friction("mu_k", self.mu_k, "mu_s", self.mu_s)
         if self.mu_s * radians(self.wrap_deg) > MAX_EXPONENT:
             raise inconsistent(
                 ("wrap_deg",),
@@ -83,6 +93,22 @@ class CordFriction(CoefficientsOfFriction):
                 " never slips; leave cord_friction out",
             )
         return self
+
+    @property
+    def static_ratio(self) -> float:
+        """exp(mu_s wrap)."""
+        return limiting_ratio(self.mu_s, self.wrap_deg)
+
+    @property
+    def kinetic_ratio(self) -> float:
+        """exp(mu_k wrap); at the speed zero."""
+        return limiting_ratio(friction_at_rest(self.mu_k, self.mu_s), self.wrap_deg)
+
+    @property
+    def ratio_over_speed(self) -> OverSpeed | None:
+        """exp(mu_k wrap) over the rate of slip, m/s; None if it is constant."""
+        mu = friction_over_speed(self.mu_k, self.mu_s)
+        return mu and mu.of(1.0, lambda mu: limiting_ratio(mu, self.wrap_deg))
 
 
 class LiftParameters(NamedTuple):
@@ -97,9 +123,9 @@ class LiftParameters(NamedTuple):
     damping : float, N m s
         b.
     r_s, r_k : float, m
-        Friction radii of the shaft; zero without its friction.
+        Friction radii of the shaft, r_k at the speed zero; zero without its friction.
     static_ratio, kinetic_ratio : float
-        exp(mu phi) of the cord; inf where it cannot slip.
+        exp(mu phi) of the cord, with mu_k at the speed zero; inf where it cannot slip.
     by_torque : bool
         The drive is a torque on the pulley, not a force on the cord.
     """
@@ -309,16 +335,20 @@ class PulleyScenario(SingleDofScenario):
                 )
         if self.drive.speed is not None:
             return None
+        journal = self.effects.shaft_friction
+        r_k = journal.largest_radius if journal else 0.0
         for name, mass in (("car", n.m1), ("counterweight", n.m2)):
-            if mass > 0.0 and n.inertia + mass * n.r * (n.r - n.r_k) <= 0.0:
+            if mass > 0.0 and n.inertia + mass * n.r * (n.r - r_k) <= 0.0:
                 return ("effects", "shaft_friction", "shaft_radius"), (
-                    f"the kinetic friction radius {n.r_k:.6g} m is so far above cord_radius ="
+                    f"the kinetic friction radius {r_k:.6g} m is so far above cord_radius ="
                     f" {n.r} m that the {name} of {mass:.6g} kg would turn the pulley backward by"
                     " accelerating it: the equations have no unique solution; give a thinner shaft"
                 )
-        return self._fault_of_massless_pulley(n) if n.inertia == 0.0 else None
+        return self._fault_of_massless_pulley(n, r_k) if n.inertia == 0.0 else None
 
-    def _fault_of_massless_pulley(self, n: LiftParameters) -> tuple[tuple[str, ...], str] | None:
+    def _fault_of_massless_pulley(
+        self, n: LiftParameters, r_k: float
+    ) -> tuple[tuple[str, ...], str] | None:
         """Return what is wrong with a pulley without inertia: it must not lose what hangs on it.
 
         The extremes of the drive, in both directions of friction, have to leave all ropes taut. A
@@ -333,7 +363,7 @@ class PulleyScenario(SingleDofScenario):
         cases = [
             (n.weight_2, u, arm) if n.by_torque else (n.weight_2 + u, 0.0, arm)
             for u in extremes(self.drive.given, self.solver.duration)
-            for arm in (n.r + n.r_k, n.r - n.r_k)
+            for arm in (n.r + r_k, n.r - r_k)
         ]
         nets = [pull * (2.0 * n.r - arm) - n.weight_1 * arm + tau for pull, tau, arm in cases]
         start, worst = abs(self.mechanism.initial_angular_velocity), inf
@@ -371,8 +401,8 @@ class PulleyScenario(SingleDofScenario):
             effects.viscous_damping.coefficient if effects.viscous_damping else 0.0,
             journal.static_radius if journal else 0.0,
             journal.kinetic_radius if journal else 0.0,
-            limiting_ratio(cord.mu_s, cord.wrap_deg) if cord else inf,
-            limiting_ratio(cord.mu_k, cord.wrap_deg) if cord else inf,
+            cord.static_ratio if cord else inf,
+            cord.kinetic_ratio if cord else inf,
             self.drive.force is None,
         )
 

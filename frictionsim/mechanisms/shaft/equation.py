@@ -43,6 +43,7 @@ from frictionsim.mechanisms.shaft.loads import (
 )
 from frictionsim.mechanisms.shaft.schema import Couple, Force, ShaftScenario, TorsionSpring
 from frictionsim.mechanisms.single_dof import start_of
+from frictionsim.scenario.kinetic_friction import OverSpeed
 from frictionsim.scenario.signal_tables import AngleTable, SpeedTable, signal_from
 from frictionsim.scenario.signals import Constant, linear
 from frictionsim.solvers.prescribed import OneAtSpeed
@@ -142,6 +143,26 @@ class EccentricMass:
         return x + outward * c - along * s, y + outward * s + along * c
 
 
+class EccentricMassOverSpeed(EccentricMass):
+    """The same with r_k over the speed."""
+
+    def __init__(self, p: float, azimuth: float, inertia: float, radius: OverSpeed) -> None:
+        super().__init__(p, azimuth, inertia, radius.at_rest)
+        self._azimuth, self._radius = azimuth, radius
+
+    def _at(self, v: float) -> EccentricMass:
+        return EccentricMass(self.p, self._azimuth, self.inertia, self._radius.at(v))
+
+    def sliding_load(self, u: Acting, v: float, applied: float) -> tuple[float, float]:
+        return self._at(v).sliding_load(u, v, applied)
+
+    def kinetic_limit(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
+        return self._at(v).kinetic_limit(u, q, v, s, applied)
+
+    def limit_at_speed(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
+        return self._at(v).limit_at_speed(u, q, v, s, applied)
+
+
 class Shaft:
     """What acts on the body, of numbers.
 
@@ -156,7 +177,9 @@ class Shaft:
     forces : list of Load
         All of them, the weights without their moments, which are stored energies and no input.
     r_s, r_k : float, m
-        Friction radii; zero without dry friction.
+        Friction radii, r_k at the speed zero; zero without dry friction.
+    radius_over_speed : OverSpeed or None
+        r_k over the speed, if it is not constant.
     eccentric : EccentricMass or None
     spring : tuple of Spring
         One, or none.
@@ -168,6 +191,7 @@ class Shaft:
         journal, mass, stops = effects.shaft_friction, effects.eccentric_mass, effects.end_stops
         self.r_s = journal.static_radius if journal else 0.0
         self.r_k = journal.kinetic_radius if journal else 0.0
+        self.radius_over_speed = journal and journal.radius_over_speed
         self.spring = _spring_of(effects.torsion_spring)
         self.loads, self.weights = loads_of(scenario), weights_of(scenario)
         (_, x, y), (cosine, *_), (sine, *_) = total_of(self.weights)
@@ -177,7 +201,10 @@ class Shaft:
         self.eccentric = None
         if mass is not None and mass.first_moment:
             azimuth = radians(mass.azimuth_deg)
-            self.eccentric = EccentricMass(mass.first_moment, azimuth, self.inertia, self.r_k)
+            numbers = mass.first_moment, azimuth, self.inertia
+            self.eccentric = EccentricMass(*numbers, self.r_k)
+            if self.radius_over_speed:
+                self.eccentric = EccentricMassOverSpeed(*numbers, self.radius_over_speed)
         self.stops = None
         if stops is not None:
             limits = stops.lowest, stops.highest
@@ -206,6 +233,11 @@ class Shaft:
     def kinetic_limit(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
         """Return r_k R without an eccentric mass, N m."""
         return self.r_k * hypot(u[2], u[3])
+
+    def limit_over_speed(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
+        """Return the same with r_k over the speed, N m."""
+        radius: Any = self.radius_over_speed
+        return radius.at(v) * hypot(u[2], u[3])
 
     def terms(self, time: float, angle: float) -> float:
         """Return the sum of the terms of torque and limit at rest, N m."""
@@ -378,15 +410,17 @@ class ShaftAtSpeed(OneAtSpeed):
 def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
     """Return the equation of motion; with an eccentric mass, K of `EccentricMass` is r_k R."""
     journal, stops, eccentric = scenario.effects.shaft_friction, shaft.stops, shaft.eccentric
-    friction, kinetic = None, eccentric.kinetic_limit if eccentric else shaft.kinetic_limit
-    if eccentric and scenario.drive:
-        kinetic = eccentric.limit_at_speed
+    over_speed, friction = shaft.radius_over_speed, None
     if journal is not None:
+        kinetic: Any = shaft.limit_over_speed if over_speed else shaft.kinetic_limit
+        if eccentric:
+            kinetic = eccentric.limit_at_speed if scenario.drive else eccentric.kinetic_limit
         friction = Friction(
             CONTACT_NAME,
             static=shaft.static_limit,
             kinetic=kinetic,
             roundoff=lambda u, q: shaft.roundoff(u[0], q),
+            surfaces=over_speed.surfaces(1) if over_speed else (),
             **journal.law_of_contact(),
         )
 

@@ -9,11 +9,11 @@ cord that leaves the body at a radius pulls in a fixed direction with a constant
 sizes are numbers, or functions of time, speed or angle.
 """
 
+from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from math import cos, hypot, inf, sin
 from typing import Any, NamedTuple
 
-from frictionsim.mechanisms.single_dof import TableKnots
 from frictionsim.scenario.signals import Constant, Signal
 
 Triple = tuple[float, float, float]
@@ -212,11 +212,49 @@ class Elapsed:
     next_extremum = next_discontinuity
 
 
+class TableKnots:
+    """The surface at which the slope of a size over angle or speed jumps.
+
+    Parameters
+    ----------
+    angles, speeds : sequence of float, rad and rad/s
+        In ascending order.
+    """
+
+    event = ""
+
+    def __init__(self, angles: Sequence[float], speeds: Sequence[float]) -> None:
+        self.angles, self.speeds = angles, speeds
+
+    def beyond(self, step: Any, t: float, y: list[float]) -> float:
+        """Return a number that is positive beyond the first knot after the start of a step."""
+        return max(
+            _beyond_next(self.angles, step.y_old[0], y[0]),
+            _beyond_next(self.speeds, step.y_old[1], y[1]),
+        )
+
+
+def _beyond_next(knots: Sequence[float], x_old: float, x: float) -> float:
+    """Return how far x is beyond the next knot above or below x_old."""
+    above, beyond = bisect_right(knots, x_old), -inf
+    below = above - 1
+    if below >= 0 and knots[below] == x_old:
+        below -= 1
+    if above < len(knots):
+        beyond = x - knots[above]
+    if below >= 0:
+        beyond = max(beyond, knots[below] - x)
+    return beyond
+
+
 def knots_of(loads: Iterable[Load]) -> tuple[TableKnots, ...]:
     """Return where the slopes of sizes over angle or speed jump; none if there are no tables."""
     knots: dict[str, set[float]] = {ANGLE: set(), SPEED: set()}
     for load in loads:
         if load.over in knots:
-            knots[load.over].update(load.size.discontinuities())
+            x = load.size.next_discontinuity(-inf)
+            while x < inf:
+                knots[load.over].add(x)
+                x = load.size.next_discontinuity(x)
     angles, speeds = sorted(knots[ANGLE]), sorted(knots[SPEED])
     return (TableKnots(angles, speeds),) if angles or speeds else ()

@@ -396,7 +396,7 @@ class ShaftScenario(SingleDofScenario):
         journal, eccentric = self.effects.shaft_friction, self.effects.eccentric_mass
         if journal is None or eccentric is None or self.drive:
             return self
-        product = eccentric.first_moment * journal.kinetic_radius
+        product = eccentric.first_moment * journal.largest_radius
         if product >= self.inertia:
             raise inconsistent(
                 ("effects", "eccentric_mass"),
