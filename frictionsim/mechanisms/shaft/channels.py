@@ -17,4 +17,4 @@ CHANNELS = base_channels("body") | {
     "energy_damping": Channel("J", "heat of viscous damping"),
     "energy_impact": Channel("J", "energy lost in impacts on the end stops"),
 }
-PANELS = ("applied_torque", "friction_torque", "angular_velocity", "angle")
+PANELS = ("drive_torque", "applied_torque", "friction_torque", "angular_velocity", "angle")
