@@ -136,7 +136,7 @@ class Body:
         """Return the angular acceleration in direction s, and the reaction of the shaft."""
         moment, force = self.applied(t, q, w)
         arm = self.arm * cmath.exp(1j * q)
-        alpha = moment / self.inertia
+        alpha = moment / self.inertia if self.inertia else 0.0
         for _ in range(60):
             pull = self.m * (1j * alpha - w * w) * arm
             reaction = pull - force
