@@ -194,6 +194,10 @@ GIVEN = {
     "effects__patch": {"from": 0.3, "to": 0.6, "mu_s": 0.25, "mu_k": 0.2},
     "effects__bending__damping": 1e-5,
 }
+# Oil in two places, and the work of friction.
+OIL = {"mu_s": 0.3, "mu_k": 0.25, "name": "oil"}
+OILED = {"effects__patch": [{"from": 0.7, "to": 0.8, **OIL}, {"from": 0.3, "to": 0.6, **OIL}]}
+WORN = {**WHOLE, **OILED, "effects__wear": {}}
 GUIDED = {**WHOLE, "effects__contact": None, "effects__bending": None}
 # The published law chatters about rest from a millisecond on: from there rounding decides.
 CHATTERING = {**SHORT, "solver__duration": 0.0005, "output__interval": 0.00005}
@@ -247,6 +251,7 @@ CASES = [
     Case("shaft", "rkf45", {"solver__duration": 1.0}, mirror=OF_SHAFT),
     Case("hoist_drum", golden=EXACT, mirror=OF_SHAFT, sampled=PEAKS),
     Case("hoist_drum", "rkf45", SHORTER, mirror=OF_SHAFT, sampled=PEAKS, slow=True),
+    Case("stick_slip", golden=EXACT, mirror=OF_SHAFT),
     Case("swing_door", golden=EXACT, mirror=OF_SHAFT, sampled=PEAKS, model="stops"),
     Case(
         "swing_door",
@@ -281,6 +286,8 @@ CASES = [
         sampled=DWELL,
         word="given_speed",
     ),
+    Case("epicyclic_ring", golden=EXACT, mirror=OF_GEAR, close=HALF_TURN, sampled=DWELL),
+    Case("epicyclic_dwell", golden=EXACT, mirror="its motion is given", sampled=DWELL),
     hard("decay", mirror=UPRIGHT, sampled=DWELL, slow=True),
     # --- marble machines --------------------------------------------------------------------------
     Case("marble_machine", golden=EXACT, mirror=GRAVITY, model="machine"),
@@ -301,6 +308,8 @@ CASES = [
     belt("belt_tensioner", "moreau", GIVEN, mirror=OF_BELT, word="given_speed"),
     belt("belt_string", "rkf45", SHORT, golden=BELT),
     belt("belt_string", "moreau", WHOLE, model="string"),
+    belt("belt_string", "moreau", WORN, word="worn", model="string"),
+    belt("belt_patch", "rkf45", WORN, mirror=ONE_WAY, word="worn", slow=True),
     belt("belt_tensioner", "moreau", GUIDED, mirror=OF_BELT, word="guided"),
     belt("hard/belt_stiff_damping", "moreau", WHOLE, golden=NOT_SHIPPED),
     belt("hard/belt_sudden_stop", "moreau", WHOLE, golden=NOT_SHIPPED),

@@ -80,7 +80,8 @@ VIEWS = {
         {
             "response": "an epicyclic gear: channels over time, stick shaded",
             "torque": "its torques over the angle of the crank",
-            "path": "the path of its tracer point",
+            "path": "the path of its tracer point, and where this dwells",
+            "mechanism": "the gear at an instant with its forces and couples",
         },
     ),
     "belt_drive": (
@@ -90,6 +91,8 @@ VIEWS = {
             "drive": "the drive in place: tension as colour, stick, normal forces and friction",
             "tension": "the tension along the belt",
             "body": "what one body of the belt meets",
+            "friction": "friction over normal force against the slip of its bodies, and the law",
+            "wear": "friction work along a belt with oil on a part of it",
         },
     ),
     "shaft": (
@@ -102,6 +105,8 @@ VIEWS = {
 }
 # Of a view of an instant that is not the end, and of a body on the passive span, as in Kubas 2014.
 OPTIONS = {"friction_circle": "--time 0.8", "body": "--body 120", "mechanism": "--time 1"}
+# By view: another scenario than that of its kind, and what is set in it.
+OF_ANOTHER = {"wear": ("belt_patch", " --set 'effects.wear={}'")}
 # By scenario: its kind, and further views or what else they show.
 MORE_VIEWS = {
     "lift": (
@@ -123,13 +128,14 @@ def of_views() -> list[Picture]:
             f"{kind}_{view}.png",
             title,
             (
-                f"frictionsim solve scenarios/{name}.toml",
-                VIEW_OF.format(name=name, view=view)
+                f"frictionsim solve scenarios/{own}.toml{more}",
+                VIEW_OF.format(name=own, view=view)
                 + (f" {OPTIONS[view]}" if view in OPTIONS else ""),
             ),
         )
         for kind, (name, views) in DRAWN.items()
         for view, title in views.items()
+        for own, more in [OF_ANOTHER.get(view, (name, ""))]
     ]
 
 
@@ -174,7 +180,7 @@ OTHERS = [
         "an epicyclic gear in motion",
         (
             "frictionsim solve scenarios/epicyclic.toml",
-            "frictionsim plot results/epicyclic.h5 --fps 9",
+            "frictionsim plot results/epicyclic.h5 --fps 8",
         ),
     ),
     Picture(
@@ -217,6 +223,20 @@ OF_SHAFT = [
             VIEW_OF.format(name="swing_door", view="response"),
         ),
     ),
+]
+OF_GEAR = [
+    Picture(
+        f"epicyclic_{word}.png",
+        title,
+        (
+            f"frictionsim solve scenarios/epicyclic_{word}.toml",
+            f"{VIEW_OF.format(name=f'epicyclic_{word}', view=view)} --time 1",
+        ),
+    )
+    for word, view, title in (
+        ("dwell", "path", "the gear at a uniform speed: its tracer point swings while it dwells"),
+        ("ring", "mechanism", "a planet inside a ring of twice its size: a straight line"),
+    )
 ]
 PAPERS = [
     Picture(
@@ -322,13 +342,13 @@ REPORTS += [
     ),
 ]
 OTHERS += HOIST_PICTURES
-GALLERY = [*of_views(), *OF_SHAFT, *PAPERS, *OTHERS, *REPORTS]
+GALLERY = [*of_views(), *OF_GEAR, *OF_SHAFT, *PAPERS, *OTHERS, *REPORTS]
 
 
 def gallery() -> str:
     """Return the body of the page: each picture with the command that draws it."""
     parts = []
-    views = [*of_views(), *OF_SHAFT]
+    views = [*of_views(), *OF_GEAR, *OF_SHAFT]
     groups = [(kind, [p for p in views if p.file.startswith(f"{kind}_")]) for kind in DRAWN]
     groups += [
         ("for papers", PAPERS),

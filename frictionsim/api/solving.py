@@ -8,7 +8,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from frictionsim.api.result import Result, file_to_resume
+from frictionsim.api.result import Result, checkpoint_of, file_to_resume
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.errors import FrictionsimError, InputError, OutputError
 from frictionsim.scenario.loading import ScenarioSource
@@ -143,7 +143,7 @@ def resume(
         incomplete = file_to_resume(as_path("result", result))[1]
     if incomplete is None:
         raise InputError(f"{result}: this is a sweep; frictionsim.resume_sweep continues it")
-    state = incomplete.load_checkpoint()
+    state = checkpoint_of(incomplete)
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
         output = whole_name(path)

@@ -114,7 +114,8 @@ def sweep(
         Values by key: a list or array, or a text such as
         ``"lin(0.1, 0.4, 4)"``, ``"log(1, 100, 5)"``; with `sample` distributions, e.g.
         ``"uniform(0.1, 0.4)"``, ``"normal(2224, 50)"``. Several keys with commas between them
-        have one value. Without `zip` and `sample`, all combinations are run.
+        have one value; None, or "none", takes a key out. Without `zip` and `sample`, all
+        combinations are run.
     overrides : mapping or iterable of str, optional
         Overrides of all runs, as for `solve`.
     zip : bool
@@ -169,7 +170,8 @@ def sweep(
         raise ArgumentError(
             "keep_series", "the results of runs are saved beside an output; give one"
         )
-    design = design_of(varied.vary, varied.zip, varied.sampling)
+    with study.placed():
+        design = design_of(varied.vary, varied.zip, varied.sampling)
     run = _SweepRun(study, design, header_of(study.scenario, design, text), path)
     return run.run(progress, workers, dask)
 
@@ -294,8 +296,8 @@ def _written_study(source: Scenario | ScenarioSource) -> SweepStudy | None:
     if isinstance(source, Scenario):
         return None
     path = scenario_file(as_path("scenario", source))
-    data = read_toml(path)
-    return study_of(data, path.parent, str(path)) if is_study(data) else None
+    text, data = read_toml(path)
+    return study_of(data, path.parent, str(path), text) if is_study(data) else None
 
 
 def _check_files(whole: Path, resumed: Path | None, no_clobber: bool, study: str) -> None:
@@ -398,11 +400,12 @@ class _SweepRun(RunMonitor):
             handled as self._stop,
         ):
             keys = self._design.keys
-            combinations = Combinations(self._study.scenario, keys, self._study.folder)
             remaining = remaining_runs(self._design.runs, self._blocks)
-            for count in check_combinations(combinations, self._design, remaining):
-                self._checked += count
-                self(0.0)
+            with self._study.placed():
+                combinations = Combinations(self._study.scenario, keys, self._study.folder)
+                for count in check_combinations(combinations, self._design, remaining):
+                    self._checked += count
+                    self(0.0)
             if isinstance(pool, ProcessPool):
                 self._compile(combinations)
             work = Work(combinations, self._series)

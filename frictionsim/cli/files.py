@@ -37,7 +37,8 @@ def show(
 ) -> None:
     """Print the summary of a result or sweep again.
 
-    RESULT                Result or sweep in HDF5; several results are shown side by side.
+    RESULT                Result or sweep in HDF5; several results are shown side by side, and
+                          their JSON is a list.
     --csv                 Print the channels, or the runs of a sweep, as CSV.
     -o, --output FILE     Write the CSV to this file. [prints it]
     --channels NAME,NAME  Choose the channels of the CSV. [all]
@@ -56,8 +57,11 @@ def show(
         if not as_csv:
             raise ArgumentError(name, "it applies to --csv")
     if len(result) > 1:
+        if as_json:
+            print_json([result_or_sweep(path).to_json() for path in result])
+            return
         if forms:
-            raise InputError("show: several results have no --json, --csv, --scenario or --study")
+            raise InputError("show: several results have no --csv, --scenario or --study")
         results = list(map(fs.open, result))
         print_text(side_by_side(results))
         for one in results:
@@ -91,9 +95,15 @@ def _print_csv(content: "fs.Result | Sweep", output: Path | None, chosen: dict[s
     if output is not None:
         print_text(str(content.save_csv(output, **chosen)))
         return
+    from frictionsim.io.result_csv import write_lines as write_samples
+    from frictionsim.sweeps.sweep_csv import write_lines as write_runs
+
     stdout = Stdout()
     with suppress(ReaderGone):
-        content.write_csv(stdout, **chosen)
+        if isinstance(content, fs.Result):
+            write_samples(content.record, stdout, **chosen)
+        else:
+            write_runs(content.table, stdout)
         stdout.flush()
 
 

@@ -1,6 +1,6 @@
 """What mechanisms of one coordinate share: the base of their scenarios, channels, warnings."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from math import ceil, floor, radians
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
@@ -106,7 +106,7 @@ def one_coordinate(
     quantities: "Callable[[Samples], Quantities]",
     *,
     run_warnings: Callable[[Samples], list[str]] = lambda samples: [],
-    is_turned: Callable[[Samples], bool] | None = None,
+    torques: Callable[[float], Iterable[float]] | None = None,
     tolerance_share: float = 1.0,
     prescribed: bool = False,
 ) -> Mechanism:
@@ -118,11 +118,11 @@ def one_coordinate(
     system : OneCoordinate
     quantities, run_warnings : callable
         Of the samples: the quantities of the summary and the warnings that are specific to the
-        mechanism. Warnings about a body that nothing moves, or that moves too little for
-        `solver.atol`, are there without them.
-    is_turned : callable or None
-        Of the samples of a body at rest on which the torques sum up to zero: whether there are any.
-        Without it: whether the drive ever acts.
+        mechanism. A warning about a body that moves too little for `solver.atol` is there
+        without them.
+    torques : callable or None
+        Of a time, s: the torques on the body at rest at the start, one by one, N m. Without it
+        those of the terms, of which the drive's may then be no sum of several.
     tolerance_share : float
         See `Mechanism`.
     prescribed : bool
@@ -144,14 +144,14 @@ def one_coordinate(
         return float(np.max(np.abs(torque), initial=0.0)) + system.kinetic(system.start[1])
 
     def warnings(samples: Samples) -> list[str]:
-        from frictionsim.simulation.run_warnings import nothing_moved, tiny_motion
+        from frictionsim.simulation.run_warnings import tiny_motion
 
-        return [
-            *([] if prescribed else nothing_moved(system, samples, is_turned)),
-            *tiny_motion(samples["angle"], samples["angular_velocity"], atol),
-            *run_warnings(samples),
-            *(undetermined(samples) if prescribed else []),
-        ]
+        tiny = tiny_motion(samples["angle"], samples["angular_velocity"], atol)
+        return [*tiny, *run_warnings(samples)]
+
+    def torques_of_terms(t: float) -> list[float]:
+        u = system.acting(t, system.start[0], 0.0)
+        return [torque(u, system.start[0], 0.0) for torque in system.torques]
 
     return Mechanism(
         system=system,
@@ -166,22 +166,8 @@ def one_coordinate(
         law="" if friction is None else SET_VALUED if prescribed else friction.law,
         tolerance_share=tolerance_share,
         prescribed=prescribed,
+        torques=torques or torques_of_terms,
     )
-
-
-def undetermined(samples: Samples) -> list[str]:
-    """Warn of a rest that the drive gives to a body with dry friction."""
-    import numpy as np
-
-    if "mode" not in samples.columns:
-        return []
-    limit = np.where(samples["mode"] == STICK, samples[MARGINS[0]], 0.0)
-    return [
-        f"drive.speed is 0 at {time:.6g} s: the friction of a body that is held is undetermined,"
-        " and counts as 0; drive_torque may differ from what is shown there by up to the static"
-        f" limit, {np.max(limit):.4g} N m"
-        for time in samples.time[limit > 0.0][:1]
-    ]
 
 
 def torque_at_rest(samples: Samples) -> Any:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.display import CONTACT_WORDS, MODE_WORDS
-from frictionsim.mechanisms.effects import friction_radius
+from frictionsim.mechanisms.effects import ShaftFriction
 from frictionsim.motion.parts import Arrow, Body, Detail, Line, Motion, Part, Readout
 from frictionsim.motion.samples import Samples
 from frictionsim.motion.shapes import (
@@ -23,6 +23,7 @@ from frictionsim.motion.shapes import (
     block,
     bounds_of,
     enlarged_circles,
+    kinetic_radius,
     points_of,
     reaction,
     scale_of,
@@ -195,12 +196,7 @@ def _shaft(at: Samples, radius: float) -> tuple[list[Part], tuple[Detail, ...]]:
     """Return the shaft, true to scale if its friction is simulated, and its enlarged circles."""
     if "shaft_friction" not in scenario_of(at.record).get("effects", {}):
         return shaft_bodies(DRAWN_SHAFT * radius, at.still), ()
-    shaft, mu_s, mu_k = (
-        scenario_value(at.record, "effects", "shaft_friction", key)
-        for key in ("shaft_radius", "mu_s", "mu_k")
-    )
-    size, static = float(shaft), friction_radius(float(shaft), float(mu_s))
-    # A coefficient over speed has no one circle.
-    kinetic = friction_radius(size, float(mu_k)) if isinstance(mu_k, int | float) else 0.0
-    bodies = shaft_bodies(size, at.still, static, kinetic)
+    journal = ShaftFriction.model_validate(scenario_value(at.record, "effects", "shaft_friction"))
+    size, static = journal.shaft_radius, journal.static_radius
+    bodies = shaft_bodies(size, at.still, static, kinetic_radius(journal, at))
     return bodies, enlarged_circles(min(1.1 * size, WINDOW * static))

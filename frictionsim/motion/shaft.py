@@ -9,11 +9,10 @@ friction circle while the body slips, and stays within the static one while it s
 """
 
 from math import acos, atan2, ceil, hypot, inf, pi, radians
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.errors import InputError
 from frictionsim.mechanisms.shaft.free_body import (
     AppliedForce,
     FreeBody,
@@ -31,11 +30,12 @@ from frictionsim.motion.parts import (
     Part,
     Readout,
 )
-from frictionsim.motion.samples import Samples
+from frictionsim.motion.samples import Samples, scenario_in
 from frictionsim.motion.shapes import (
     arc,
     bounds_of,
     enlarged_circles,
+    kinetic_radius,
     points_of,
     reaction,
     scale_of,
@@ -44,8 +44,6 @@ from frictionsim.motion.shapes import (
     vectors,
     wheel,
 )
-from frictionsim.scenario.loading import ValidationFailure, validate
-from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.shaft.schema import ShaftScenario
@@ -102,7 +100,9 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
     """
     at, scenario = Samples(record, sample), scenario_in(record)
     angle, reach = at["angle"], sizes_of(scenario).reach
-    parts, scale, sizes = list(bodies_of(scenario, angle)), 0.0, list[Readout]()
+    journal = scenario.effects.shaft_friction
+    radius = 0.0 if journal is None else kinetic_radius(journal, at)
+    parts, scale, sizes = list(bodies_of(scenario, angle, radius)), 0.0, list[Readout]()
     body = _free_body(at, scenario)
     if body is not None:
         torque = at.get("friction_torque", at.still)
@@ -136,17 +136,6 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
     )
 
 
-def scenario_in(record: "Record") -> "ShaftScenario":
-    """Return the scenario of a result."""
-    try:
-        scenario: Any = validate(scenario_of(record), None)
-    except ValidationFailure as failure:
-        raise InputError(
-            f"cannot draw this result: the scenario in it is not valid: {failure}"
-        ) from None
-    return scenario
-
-
 # The body.
 
 
@@ -171,8 +160,8 @@ def sizes_of(scenario: "ShaftScenario") -> Sizes:
     return Sizes(reach, shaft, hub, seen, rim or (0.0 if seen else reach))
 
 
-def bodies_of(scenario: "ShaftScenario", angle: "Array") -> list[Part]:
-    """Return body, spring, stops, shaft and friction circles at some angles, rad."""
+def bodies_of(scenario: "ShaftScenario", angle: "Array", kinetic: "float | Array") -> list[Part]:
+    """Return body, spring, stops, shaft and friction circles at some angles, rad; r_k is in m."""
     still, sizes = np.zeros_like(angle), sizes_of(scenario)
     parts: list[Part] = [Body("body", _shapes(scenario, sizes), still, still, angle)]
     stops = _stops(scenario, sizes)
@@ -184,8 +173,8 @@ def bodies_of(scenario: "ShaftScenario", angle: "Array") -> list[Part]:
         end = Disc(float(spring[0, -1, 0]), float(spring[0, -1, 1]), PIN * sizes.reach, "fixed")
         parts.append(Body("", (end,), still, still, still))
     journal = scenario.effects.shaft_friction
-    circles = (0.0, 0.0) if journal is None else (journal.static_radius, journal.kinetic_radius)
-    return [*parts, *shaft_bodies(sizes.shaft, still, *circles)]
+    static = 0.0 if journal is None else journal.static_radius
+    return [*parts, *shaft_bodies(sizes.shaft, still, static, kinetic)]
 
 
 def _shapes(scenario: "ShaftScenario", sizes: Sizes) -> tuple[Disc | Outline, ...]:

@@ -9,9 +9,12 @@ import numpy as np
 from frictionsim.motion.parts import Arrow, Body, Detail, Disc, Line, Outline, Part
 
 if TYPE_CHECKING:
+    from frictionsim.mechanisms.effects import ShaftFriction
     from frictionsim.motion.parts import Array, Bounds, Role
+    from frictionsim.motion.samples import Samples
 
 MAX_ARC, HEAD, POINTS = 0.75 * pi, 0.2, 25  # of a couple: rad of the largest; head, of the radius
+RING = 49  # points of a circle whose radius changes
 
 
 def points_of(*pairs: Any) -> "Array":
@@ -32,8 +35,9 @@ def torque_arc(
     radius: float,
     largest: float | None = None,
     role: "Role" = "force",
+    about: Any = 0.0,
 ) -> list[Part]:
-    """Return a couple about the origin: an arc with a head; nothing if it is zero throughout.
+    """Return a couple as an arc with a head; nothing if it is zero throughout.
 
     It begins below the axis and goes the way the couple turns: to the right where it is positive.
 
@@ -44,6 +48,8 @@ def torque_arc(
         Of the arc.
     largest : float, N m, optional
         The couple of the longest arc; by default the largest of this one.
+    about : (frames, 1, 2), m, optional
+        The middle of the arc; by default the origin.
     """
     own = float(np.abs(torque).max(initial=0.0))
     if own == 0.0:
@@ -57,7 +63,7 @@ def torque_arc(
     wide = 0.5 * np.abs(head)[:, None]
     barbs = ((1.0 + wide) * back, bow[:, -1], (1.0 - wide) * back)
     points = np.concatenate([bow, np.stack(barbs, axis=1)], axis=1)
-    return [Line(name, points, role, unit="N m", size=torque)]
+    return [Line(name, points + about, role, unit="N m", size=torque)]
 
 
 def reaction_foot(across: "Array", up: "Array", torque: "Array", vanishes: Any = False) -> Any:
@@ -92,16 +98,33 @@ def scale_of(forces: Iterable[Part], length: float) -> float:
     return length / largest if largest > 0.0 else 0.0
 
 
+def kinetic_radius(journal: "ShaftFriction", at: "Samples") -> "float | Array":
+    """Return r_k, m, that of each instant if it is over the speed; 0 if that is not recorded."""
+    over_speed = journal.radius_over_speed
+    if over_speed is None:
+        return journal.kinetic_radius
+    if "angular_velocity" not in at:
+        return 0.0
+    return np.array([over_speed.at(w) for w in at["angular_velocity"].tolist()])
+
+
 def shaft_bodies(
-    radius: float, still: "Array", static: float = 0.0, kinetic: float = 0.0
+    radius: float, still: "Array", static: float = 0.0, kinetic: "float | Array" = 0.0
 ) -> list[Part]:
-    """Return a shaft and its friction circles of radii above 0, m; `still` are zeros, (frames,)."""
+    """Return a shaft and its friction circles of radii above 0, m; `still` are zeros, (frames,).
+
+    The kinetic one may have a radius for each frame.
+    """
     discs: list[tuple[str, Disc]] = [("shaft", Disc(0.0, 0.0, radius, "still"))]
     if static > 0.0:
         discs.append(("static friction circle", Disc(0.0, 0.0, static, "cord", open=True)))
-    if kinetic > 0.0:
+    rings: list[Part] = []
+    if isinstance(kinetic, np.ndarray):
+        ring = kinetic[:, None, None] * arc(1.0, 0.0, 2.0 * pi, RING)
+        rings.append(Line("kinetic friction circle", ring, "friction"))
+    elif kinetic > 0.0:
         discs.append(("kinetic friction circle", Disc(0.0, 0.0, kinetic, "friction", open=True)))
-    return [Body(name, (disc,), still, still, still) for name, disc in discs]
+    return [*(Body(name, (disc,), still, still, still) for name, disc in discs), *rings]
 
 
 def enlarged_circles(half: float) -> tuple[Detail, ...]:

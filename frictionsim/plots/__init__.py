@@ -56,6 +56,7 @@ VIEWS: Mapping[str, Views] = {
         "response": RESPONSE,
         "torque": View(kinds.torque_of_gear, ("window",)),
         "path": View(kinds.path, ("time",)),
+        "mechanism": MECHANISM,
     },
     "shaft": {
         "response": RESPONSE,
@@ -66,6 +67,8 @@ VIEWS: Mapping[str, Views] = {
         "drive": View(belt.drive, ("time",)),
         "tension": View(belt.tension, ("time",)),
         BODY: View(belt.body, ("window", "body")),
+        "friction": View(belt.friction, effect="belt_friction"),
+        "wear": View(belt.wear, ("time",), effect="wear"),
     },
 }
 

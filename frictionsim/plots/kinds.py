@@ -11,17 +11,19 @@ from frictionsim.display import (
     BLACK,
     CORD_SLIPS_SHADE,
     CORD_STICKS_SHADE,
+    EDGE,
     GREY,
-    VERMILION,
+    ROLES,
     picture_text,
     with_minus,
 )
 from frictionsim.errors import InputError, counted
 from frictionsim.mechanisms.effects import friction_radius
-from frictionsim.mechanisms.epicyclic.tracer_point import TracerPath, TracerPoint
-from frictionsim.mechanisms.pulley.schema import limiting_ratio
-from frictionsim.motion import motion_of
-from frictionsim.motion.parts import Line
+from frictionsim.mechanisms.epicyclic.equation import path_of
+from frictionsim.mechanisms.pulley.schema import CordFriction
+from frictionsim.motion.parts import Body, Detail, Line
+from frictionsim.motion.samples import scenario_in
+from frictionsim.motion.shapes import bounds_around
 from frictionsim.plots.mechanism import draw_still, motion_at
 from frictionsim.plots.over_time import event_look, over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.fits.data import Target
+    from frictionsim.motion.parts import Part, Role
     from frictionsim.plots.over_time import Window
     from frictionsim.results import Record
 
@@ -168,13 +171,20 @@ def _response_with_masses(record: "Record", figure: "Figure | SubFigure", window
     add_legend(figure, handles)
 
 
-def ratios(record: "Record") -> tuple[float, float] | None:
-    """Return the largest ratios of tensions, static and kinetic; None if the cord cannot slip."""
+def ratios(record: "Record") -> tuple[float, Any] | None:
+    """Return the largest ratios of tensions, static and kinetic; None if the cord cannot slip.
+
+    That of friction over the speed is one for each sample; at the speed zero without speeds of
+    slip, of `with_derived`.
+    """
     if "cord_friction" not in scenario_of(record).get("effects", {}):
         return None
-    cord = scenario_value(record, "effects", "cord_friction")
-    wrap = float(cord["wrap_deg"])
-    return limiting_ratio(float(cord["mu_s"]), wrap), limiting_ratio(float(cord["mu_k"]), wrap)
+    cord = CordFriction.model_validate(scenario_value(record, "effects", "cord_friction"))
+    over_speed, rate = cord.ratio_over_speed, record.channels.get(SLIDING)
+    if over_speed is None or rate is None:
+        return cord.static_ratio, cord.kinetic_ratio
+    # While the cord sticks, the difference of the speeds is roundoff.
+    return cord.static_ratio, np.array([over_speed.at(v) for v in rate.tolist()])
 
 
 def slipping_phases(record: "Record") -> list[tuple[float, float]]:
@@ -187,14 +197,14 @@ def slipping_phases(record: "Record") -> list[tuple[float, float]]:
 
 def traction(record: "Record", figure: "Figure | SubFigure", window: "Window" = WHOLE) -> None:
     """Draw the ratio of the tensions with its limits (Euler, Eytelwein), and slip of the cord."""
-    largest = ratios(record)
+    known = with_derived(record)
+    largest = ratios(known)
     if largest is None:
         raise InputError(
             "cannot draw the view 'traction': the scenario of this result has no"
             " [effects.cord_friction], so that its cord never slips"
         )
     require_channels(record, "traction", (CAR, COUNTERWEIGHT))
-    known = with_derived(record)
     wanted = {
         "counterweight's tension / car's": RATIO,
         "speed of slip": SLIDING,
@@ -204,9 +214,13 @@ def traction(record: "Record", figure: "Figure | SubFigure", window: "Window" = 
     axes, handles = over_time([known], panels, figure, window=window, events=False)
     first = next(iter(axes.values()))
     for sort, ratio, look in zip(("static", "kinetic"), largest, (LIMIT, KINETIC), strict=True):
-        first.axhline(1.0 / ratio, **look)
-        words = f"limit of {sort} friction: {picture_text(1.0 / ratio)} and {picture_text(ratio)}"
-        handles[words] = first.axhline(ratio, **look)
+        if isinstance(ratio, float):
+            first.axhline(1.0 / ratio, **look)
+            words = f"limit of {sort} friction: {picture_text(1.0 / ratio)} and"
+            handles[f"{words} {picture_text(ratio)}"] = first.axhline(ratio, **look)
+        else:
+            first.plot(known.time, 1.0 / ratio, **look)
+            handles[f"limit of {sort} friction"] = first.plot(known.time, ratio, **look)[0]
     ends = record.time[[0, -1]]
     times: dict[float, str] = {}
     for start, stop in slipping_phases(record):
@@ -366,44 +380,56 @@ def _range(channels: Any) -> tuple[float, float]:
 
 
 CUSP: Look = {"marker": "D", "mfc": "white", "mec": BLACK, "markersize": 5, "linestyle": ""}
-DWELL: Look = {"color": VERMILION, "linewidth": 4.0, "alpha": 0.7, "solid_capstyle": "butt"}
 SAME = 1e-9  # of the length of the crank: cusps of several turns that lie in one place
 MAX_CUSPS = 100_000  # more would cover the path and take minutes
+TRACER, DOT = "tracer point", {"marker": "o", "color": ROLES["path"], "mec": EDGE, "linestyle": ""}
+FINE, WIDER = 201, 0.2  # points of a dwell; margin around it where it is enlarged
 
 
 def path(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> None:
     """Draw the path of the tracer point of the whole run, with sun, planet and crank at a sample.
 
-    Its cusps are marked, and where the point dwells longest, as the summary counts both.
+    Its cusps are marked, and where the point dwells longest, as the summary counts both; enlarged,
+    with the swing of a point beyond the rim.
     """
     if not {"tracer_x", "tracer_y"} <= record.channels.keys():
         raise InputError(
             "cannot draw the view 'path': this result has no channel tracer_x, tracer_y; add"
             " effects.tracer_point to the scenario (see output.channels)"
         )
-    whole, motion = motion_of(record), motion_at(record, sample)
-    assert whole is not None  # gears have a drawing
-    lines = {part.name: part for part in whole.parts if isinstance(part, Line)}
-    parts = tuple(lines.get(part.name, part) for part in motion.parts)
-    motion = motion._replace(parts=parts, bounds=whole.bounds)
-    ax, handles = draw_still(record, figure, motion)
-    point = TracerPoint.model_validate(scenario_value(record, "effects", "tracer_point"))
-    sun, planet = (
-        float(scenario_value(record, "mechanism", f"{part}_radius")) for part in ("sun", "planet")
-    )
-    traced = TracerPath(sun, planet, point)
+    motion, traced = motion_at(record, sample), path_of(scenario_in(record))
     channels = record.channels
+    # Without forces and couples, which the view `mechanism` has; the path is in front of bodies.
+    bodies = [part for part in motion.parts if isinstance(part, Body) and part.name != TRACER]
+    lines = [part for part in motion.parts if isinstance(part, Line) and part.size is None]
+    parts: list[Part] = [*bodies, *lines]
+    motion = motion._replace(scale=0.0)
+    if {"angle", "angular_velocity"} <= channels.keys():
+        names = ("time", "angle", "angular_velocity")
+        dwell = traced.longest_dwell(tuple(channels[name] for name in names))
+        if dwell is not None:
+            swing, back = traced.swing() or (0.0, 0.0)
+            marks: dict[str, tuple[float, Role]] = {
+                f"longest dwell, {picture_text(dwell.time)} s": (dwell.half, "cord")
+            }
+            points: list[Any] = []
+            if swing:
+                marks[f"swing, {picture_text(swing)} m"] = (back, "marked")
+            # The longer one first, which the other is in front of.
+            for words, (half, role) in sorted(marks.items(), key=lambda mark: -mark[1][0]):
+                turned = dwell.angle + np.linspace(-half, half, FINE)
+                points.append(np.stack(traced.position(turned), axis=-1))
+                parts.append(Line(words, points[-1][None], role))
+            seen = np.concatenate(points)
+            around = bounds_around(seen, WIDER * float(np.ptp(seen, axis=0).max()))
+            motion = motion._replace(details=(Detail("the dwell, enlarged", around),))
+    ax, handles = draw_still(record, figure, motion._replace(parts=tuple(parts)))
+    place = channels["tracer_x"][sample], channels["tracer_y"][sample]
+    (handles[TRACER],) = ax.plot(*place, zorder=5, **DOT)  # in what is enlarged it would hide all
     if "angle" in channels:
         first, count = traced.cusps(channels["angle"]) or (0.0, 0.0)
         if 0.0 < count <= MAX_CUSPS:
             xy = np.column_stack(traced.position(traced.angle_of(first + np.arange(count))))
             _, once = np.unique(np.round(xy / (SAME * traced.length)), axis=0, return_index=True)
             (handles[counted(int(count), "cusp")],) = ax.plot(*xy[once].T, zorder=5, **CUSP)
-    if {"angle", "angular_velocity"} <= channels.keys():
-        names = ("time", "angle", "angular_velocity")
-        dwell = traced.longest_dwell(tuple(channels[name] for name in names))
-        if dwell is not None:
-            turned = np.linspace(dwell.angle - dwell.half, dwell.angle + dwell.half, 200)
-            words = f"longest dwell, {picture_text(dwell.time)} s"
-            (handles[words],) = ax.plot(*traced.position(turned), zorder=4, **DWELL)
     add_legend(figure, handles, columns=3)

@@ -114,7 +114,7 @@ class Mechanism:
         patch = None if line.patch is None else add(LineCollection([], **PATCH))
         wide = CORD if line.value is None else BELT
         edge = None if line.value is None else add(LineCollection([], colors=EDGE, lw=wide + 1.2))
-        body = add(LineCollection([], linewidths=wide, capstyle="round"))
+        body = add(LineCollection([], linewidths=wide, capstyle="round", snap=False))
         if line.value is None:
             body.set_color(colour)
         else:
@@ -486,7 +486,9 @@ class GifWriter:
             ax.draw(self._canvas.get_renderer())
         image = Image.fromarray(np.asarray(self._canvas.buffer_rgba())).convert("RGB")
         octree = Image.Quantize.FASTOCTREE  # ten times faster than the default
-        self._images.append(image.quantize(method=octree, dither=Image.Dither.NONE))
+        # One palette, of the first frame, whose key has all colours: what stands still stays equal.
+        first = self._images[0] if self._images else None
+        self._images.append(image.quantize(method=octree, palette=first, dither=Image.Dither.NONE))
 
 
 def _writer(kind: str, fps: float, drawing: Drawing) -> Any:

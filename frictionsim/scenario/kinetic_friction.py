@@ -26,19 +26,23 @@ from frictionsim.scenario.schema import Params, check_kinetic, inconsistent, uni
 from frictionsim.scenario.signal_tables import PointsTable
 from frictionsim.scenario.signals import linear
 
-MAX_POWER = 7.0  # exp(-exp(7)) is 0
+MAX_POWER, MAX_EXPONENT = 7.0, 700.0  # exp(-exp(7)) is 0, exp(700) a number
+FAR = 3.4  # exp(-exp(3.4)) is 1e-13: slower than that, a Stribeck curve differs from its limit
 ROUNDING = 1e-12  # of a speed at a corner, relative
 
 
 class Corners(NamedTuple):
-    """The surfaces |v| = speed at which friction over speed has corners; steps end there.
+    """The surfaces |v| = speed at which steps end: corners of friction, and rest.
+
+    A step that was cut at a surface is tried for its error, so that one that slows down to rest
+    does not pass over the fall of friction just above it.
 
     Attributes
     ----------
     place : int
         Of v in the state.
     speeds : tuple of float
-        Above 0, ascending, in the unit of v.
+        Ascending, the first one 0, in the unit of v.
     """
 
     place: int
@@ -67,13 +71,13 @@ class OverSpeed(NamedTuple):
     at_rest, largest : float
         Values at rest, and of all speeds.
     corners : tuple of float
-        The speeds at which its slope jumps.
+        The speeds above 0 at which its slope jumps, or at which a fall begins.
     """
 
     at: Callable[[float], float]
     at_rest: float
     largest: float
-    corners: tuple[float, ...] = ()
+    corners: tuple[float, ...]
 
     def of(self, lever: float, function: Callable[[float], float]) -> "OverSpeed":
         """Return an increasing function of the values, over v with the speed |v| lever."""
@@ -85,9 +89,9 @@ class OverSpeed(NamedTuple):
             corners,
         )
 
-    def surfaces(self, place: int) -> tuple[Corners, ...]:
+    def surfaces(self, place: int) -> tuple[Corners]:
         """Return the surfaces of its corners, with the place of v in the state."""
-        return (Corners(place, self.corners),) if self.corners else ()
+        return (Corners(place, (0.0, *self.corners)),)
 
 
 class KineticCurve(Params):
@@ -173,7 +177,7 @@ class StribeckCurve(KineticCurve):
                 return static
             return fast + fall * exp(-exp(min(exponent * log(x), MAX_POWER)))
 
-        return OverSpeed(at, static, static)
+        return OverSpeed(at, static, static, (speed * exp(min(FAR / exponent, MAX_EXPONENT)),))
 
     def at_rest(self, static: float) -> float:
         return static

@@ -244,7 +244,8 @@ class _FileReader(NamedTuple):
         return reader.__get_pydantic_core_schema__(source, handler)
 
 
-NUMBER, SUM = "<number>", "<sum>"  # tags of the forms of a signal that are no tables
+# Tags of forms that are no tables of their own: of a signal, and of a table that may be a list.
+NUMBER, SUM, ONE = "<number>", "<sum>", "<one>"
 # Those of tables are named for the first of these keys that they have. A tag is a part of the
 # location of a validation error; it is not a key of the scenario.
 SIGNAL_TAGS: dict[str, type[Params]] = {

@@ -9,7 +9,7 @@ from frictionsim.errors import OUT_OF_RANGE, closest, unknown
 from frictionsim.scenario.kinetic_friction import FORMS_OF_FRICTION, KINETIC_TAGS, NO_FRICTION
 from frictionsim.scenario.kinetic_friction import NUMBER as KINETIC_NUMBER
 from frictionsim.scenario.model_fields import key_names, keys_that_end_with, models_in, unit_of
-from frictionsim.scenario.signal_tables import FORMS, NO_SIGNAL, NUMBER, SIGNAL_TAGS, SUM
+from frictionsim.scenario.signal_tables import FORMS, NO_SIGNAL, NUMBER, ONE, SIGNAL_TAGS, SUM
 from frictionsim.scenario.toml_data import KeyPath
 
 TableModel = TypeVar("TableModel", bound=BaseModel)
@@ -162,7 +162,7 @@ def _place(
     here: type[BaseModel] | None = model
     table, unit = here, ""
     for part in location:
-        if part in (NUMBER, SUM, KINETIC_NUMBER):
+        if part in (NUMBER, SUM, ONE, KINETIC_NUMBER):
             continue
         if part in ALL_TAGS:
             here = ALL_TAGS[str(part)]

@@ -14,8 +14,9 @@ from frictionsim.simulation.audit import audit
 from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
 from frictionsim.simulation.mechanism import Mechanism, Samples
 from frictionsim.simulation.monitor import RunMonitor
-from frictionsim.simulation.run_warnings import hidden_stick_slip
+from frictionsim.simulation.run_warnings import hidden_stick_slip, undetermined
 from frictionsim.simulation.sample_store import SAMPLES, Columns, chosen
+from frictionsim.simulation.standstill import foreseen
 from frictionsim.solvers import solver_of
 from frictionsim.solvers.events import STOP
 from frictionsim.solvers.loop import State
@@ -286,7 +287,9 @@ class CoordinateSimulation:
         mechanism, settings = self._mechanism, self._settings
         if samples.time.size < 2 or samples.time[-1] < settings.duration:
             return []
-        warnings = list(mechanism.run_warnings(samples))
+        warnings = [*foreseen(mechanism, settings.duration), *mechanism.run_warnings(samples)]
+        if mechanism.prescribed:
+            warnings += undetermined(samples)
         if mechanism.law in ("", methods.REGULARISED):  # which passes "stick" at each reversal
             return warnings
         return warnings + hidden_stick_slip(samples.transitions, self._interval, settings.duration)

@@ -3,7 +3,7 @@
 Without numpy, which `check` does not need.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -98,6 +98,8 @@ class Mechanism(NamedTuple):
         Of the absolute tolerance: 1; less for a motion that is far below a radian.
     prescribed : bool
         The drive gives the velocity of the only coordinate, whatever the method.
+    torques : callable
+        torques(t) returns the torques on a body of one coordinate that rests from the start, N m.
     """
 
     system: Any
@@ -113,3 +115,4 @@ class Mechanism(NamedTuple):
     law: str = SET_VALUED
     tolerance_share: float = 1.0
     prescribed: bool = False
+    torques: "Callable[[float], Iterable[float]]" = lambda t: []

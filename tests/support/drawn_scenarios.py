@@ -132,11 +132,13 @@ def gears(draw: st.DrawFn) -> Scenario:
     # The time has a roundoff of 2e-16 s; at the end of a steep ramp that is an error of the speed.
     speeds = signals(5.0, shortest=1e-5)
     loads = st.sampled_from(["weight", "radial"])
+    sun = draw(of_size(0.02, 0.5))
     return {
         "kind": "epicyclic",
         "mechanism": {
-            "sun_radius": draw(of_size(0.02, 0.5)),
+            "sun_radius": sun,
             "planet_radius": 0.06,
+            "mesh": draw(st.sampled_from(["external", "internal"])) if sun > 0.08 else "external",
             "crank_mass": draw(of_size(0.01, 10.0)),
             "planet_mass": draw(of_size(0.01, 10.0)),
             "initial_angle_deg": draw(st.floats(-180.0, 180.0)),

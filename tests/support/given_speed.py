@@ -154,7 +154,8 @@ class Lift:
                 continue
 
             def gap(s: float, _: float, t: float = t, x: float = x, v: float = v) -> float:
-                return x + v * (s - t) - 0.5 * self.g * (s - t) ** 2 - rim(s)[0]
+                # Some roundoffs more, so that the gap of 0 at the start is none.
+                return x + v * (s - t) - 0.5 * self.g * (s - t) ** 2 - rim(s)[0] + 1e-14
 
             until = self._first(gap, t, skip=5)
             pieces.append((t, self.end if until is None else until, (t, x, v)))

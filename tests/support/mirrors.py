@@ -128,7 +128,7 @@ OF_LIFT = Mirror(
 )  # fmt: skip
 OF_GEAR = Mirror(
     _gear,
-    TURNED | {"drive_torque"},
+    TURNED | {"drive_torque", "planet_velocity"},
     # Without its tracer point; the uniform torque is that of a motion in the positive sense.
     other=frozenset({"tracer_x", "tracer_y", "uniform_torque"}),
     half_turn=frozenset({"angle"}),

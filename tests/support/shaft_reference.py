@@ -28,6 +28,8 @@ import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq, minimize_scalar
 
+from tests.support.friction_curves import corners, curve
+
 Table = dict[str, Any]
 RTOL = 1e-13
 ATOL = 1e-15
@@ -113,8 +115,14 @@ class Body:
         journal = effects.get("shaft_friction", {"shaft_radius": 0.0, "mu_s": 0.0, "mu_k": 0.0})
         r = journal["shaft_radius"]
         self.r_s = r * journal["mu_s"] / hypot(1.0, journal["mu_s"])
-        self.r_k = r * journal["mu_k"] / hypot(1.0, journal["mu_k"])
+        self.shaft_radius, self.mu_k = r, curve(journal["mu_k"], journal["mu_s"])
+        self.corners = [speed / r for speed in corners(journal["mu_k"])]
+        self.r_k = self.kinetic_radius(0.0)
         self.sizes = [force[0] for force in self.forces] + self.couples
+
+    def kinetic_radius(self, w: float) -> float:
+        mu = self.mu_k(self.shaft_radius * w)
+        return self.shaft_radius * mu / hypot(1.0, mu)
 
     def applied(self, t: Any, q: float, w: float) -> tuple[Any, Any]:
         """Return the moment of all but friction, and the resultant of all forces."""
@@ -136,17 +144,17 @@ class Body:
         """Return the angular acceleration in direction s, and the reaction of the shaft."""
         moment, force = self.applied(t, q, w)
         arm = self.arm * cmath.exp(1j * q)
-        alpha = moment / self.inertia if self.inertia else 0.0
+        alpha, r_k = moment / self.inertia if self.inertia else 0.0, self.kinetic_radius(w)
         for _ in range(60):
             pull = self.m * (1j * alpha - w * w) * arm
             reaction = pull - force
-            friction = -s * self.r_k * abs(reaction)
+            friction = -s * r_k * abs(reaction)
             rest = self.inertia * alpha + cross(arm, pull) - moment - friction
             # Newton's method: the derivative is positive, and the residual convex or concave.
             growth = self.inertia + cross(arm, self.m * 1j * arm)
-            if self.r_k and abs(reaction) > 0.0:
+            if r_k and abs(reaction) > 0.0:
                 along = (reaction.conjugate() * (self.m * 1j * arm)).real / abs(reaction)
-                growth += s * self.r_k * along
+                growth += s * r_k * along
             change = rest / growth
             alpha -= change
             if abs(change) <= 4e-16 * abs(alpha) or self.m == 0.0:
@@ -172,8 +180,8 @@ class Body:
 class Solution:
     """The motion of a scenario: `events` are (time, mode before, mode after, angle)."""
 
-    def __init__(self, scenario: Table) -> None:
-        self.body = body = Body(scenario)
+    def __init__(self, scenario: Table, body: Any = None) -> None:
+        self.body = body = Body(scenario) if body is None else body
         self.end = scenario["solver"]["duration"]
         mechanism = scenario["mechanism"]
         self.q = radians(mechanism.get("initial_angle_deg", 0.0))
@@ -185,7 +193,9 @@ class Solution:
         self.stops = sorted({k for k in knots if 0.0 < k < self.end} | {self.end})
         self.fastest = max((size.fastest for size in body.sizes), default=0.0)
         self.angles = [k for size in body.sizes if size.over == "angle" for k in size.knots]
+        self.angles += getattr(body, "angles", [])
         self.speeds = [k for size in body.sizes if size.over == "speed" for k in size.knots]
+        self.speeds += [s * speed for speed in body.corners for s in (1, -1)]
         mode = int(copysign(1, self.w)) if self.w else self.from_rest()
         if self.w == 0.0 and mode:
             self.events.append((0.0, 0, mode, self.q))
@@ -332,6 +342,7 @@ class Solution:
         return float(brentq(value, low, high, xtol=1e-15, rtol=1e-15))
 
 
-def solution(scenario: Table) -> Table:
-    result = Solution(scenario)
+def solution(scenario: Table, body: Any = None) -> Table:
+    """Return events and final state; of another body, if it has what `Solution` takes of one."""
+    result = Solution(scenario, body)
     return {"events": [list(event) for event in result.events], "final": [result.q, result.w]}

@@ -321,7 +321,7 @@ def mirrored(data: Table) -> Table:
         return size
 
     data = each_size(data, other_hand)
-    for table in data["forces"]:
+    for table in data.get("forces", []):
         for key in {"point", "direction"} & table.keys():
             table[key] = [-table[key][0], table[key][1]]
         if "cord_radius" in table:

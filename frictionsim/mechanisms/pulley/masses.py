@@ -39,7 +39,7 @@ from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
 from frictionsim.mechanisms.pulley.rope_impact import shock
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
-from frictionsim.mechanisms.single_dof import start_of, undetermined
+from frictionsim.mechanisms.single_dof import start_of
 from frictionsim.results import FORWARD, SLACK, STICK, Check, Quantity, Transition
 from frictionsim.scenario.kinetic_friction import Corners, OverSpeed
 from frictionsim.scenario.signal_tables import extremes, signal_and_curve
@@ -567,12 +567,7 @@ def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
         return impending_motion_of_lift(scenario) | _sample_quantities(samples)
 
     def run_warnings(samples: Samples) -> list[str]:
-        speeds = ("angular_velocity", *system.rates_of_positions)
-        rests = not any(samples.columns[name].any() for name in speeds)
-        warnings = ["nothing moves: all contacts hold"] if rests else []
-        if speed is not None:
-            warnings = undetermined(samples)
-        return warnings + _slack_warnings(samples.transitions)
+        return _slack_warnings(samples.transitions)
 
     def checks(samples: Samples) -> dict[str, Check]:
         tensions = [samples.columns[name] for name in TENSIONS]

@@ -58,20 +58,18 @@ def build(scenario: ShaftScenario) -> Mechanism:
         motion, duration = (samples["angle"], samples["angular_velocity"]), scenario.solver.duration
         return warnings + hidden_turns(*motion, scenario.interval, duration)
 
-    def is_turned(samples: Samples) -> bool:
-        """Return whether a load has a moment, or the spring is deflected."""
-        angle = float(samples["angle"][0])
-        moments = [(load, load.arms.at(angle)[0]) for load in [*shaft.loads, *shaft.weights]]
-        return any(k * (angle - q_0) for k, q_0 in shaft.spring) or any(
-            arm * load.at_rest(t, angle) for load, arm in moments for t in samples.time.tolist()
-        )
+    def torques(t: float) -> list[float]:
+        angle = start_of(scenario)[0]
+        loads = [*shaft.loads, *shaft.weights]
+        moments = [load.arms.at(angle)[0] * load.at_rest(t, angle) for load in loads]
+        return moments + [-k * (angle - q_0) for k, q_0 in shaft.spring]
 
     return one_coordinate(
         scenario,
         system,
         quantities,
         run_warnings=run_warnings,
-        is_turned=is_turned,
+        torques=torques,
         tolerance_share=1.0 if scenario.drive else tolerance_share(scenario, shaft),
         prescribed=scenario.drive is not None,
     )

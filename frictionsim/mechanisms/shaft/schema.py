@@ -350,17 +350,11 @@ class ShaftScenario(SingleDofScenario):
         return max(arms, default=0.0)
 
     def warnings(self) -> list[str]:
-        """Return the warnings; also of a thick shaft, and of friction that nothing presses."""
+        """Return the warnings; also of a thick shaft, and of a mass without weight."""
         journal, arm = self.effects.shaft_friction, self.largest_arm
         warnings = super().warnings()
         if self.effects.gravity is None and self.mechanism.mass > 0.0:
             warnings.append("mechanism.mass has no effect: no weight without [effects.gravity]")
-        pressed = self.forces or self.has_weight or self.effects.eccentric_mass
-        if journal is not None and not pressed:
-            warnings.append(
-                "effects.shaft_friction has no effect: nothing presses the body onto its shaft;"
-                " give [[forces]], or mechanism.mass and [effects.gravity]"
-            )
         if journal is not None and 0.0 < arm <= journal.shaft_radius:
             warnings.insert(
                 0,

@@ -18,8 +18,10 @@ class Drive(ext.Params):
 
 
 class Friction(ext.FrictionLaw):
-    mu_s: float = ext.unit_field("1", "Static coefficient, not below mu_k.", ge=0)
-    mu_k: float = ext.unit_field("1", "Kinetic coefficient.", ge=0)
+    force: float = ext.unit_field("N", "Friction F_s that holds.", ge=0)
+
+    def sliding(self, v: float) -> float:
+        return self.force / (1.0 + 3.0 * abs(v))  # N, at the speed v, m/s
 
 
 class Effects(ext.Params):
@@ -36,13 +38,13 @@ class SCENARIO(ext.SingleDofScenario):
 
 def build(scenario: SCENARIO) -> ext.Mechanism:
     block, law = scenario.mechanism, scenario.effects.belt_friction
-    inertia, c = block.mass * block.radius**2, block.stiffness * block.radius**2
-    turn, weight = ext.signal_from(scenario.drive.turn), 9.81 * block.mass * block.radius
+    r, turn = block.radius, ext.signal_from(scenario.drive.turn)
+    inertia, c, limit = block.mass * r**2, block.stiffness * r**2, law.force * r
     friction = ext.Friction(
         "belt",
-        static=lambda u, q: law.mu_s * weight,
-        kinetic=lambda u, q, w, s, applied: law.mu_k * weight,
-        roundoff=lambda u, q: 1e-15 * (c * (abs(q) + abs(u)) + weight),
+        static=lambda u, q: limit,
+        kinetic=lambda u, q, w, s, applied: law.sliding(r * w) * r,
+        roundoff=lambda u, q: 1e-15 * (c * (abs(q) + abs(u)) + limit),
         **law.law_of_contact(),
     )
     terms = [ext.Term(lambda u, q, w: -c * (q + u), ext.INPUT)]
@@ -52,7 +54,7 @@ def build(scenario: SCENARIO) -> ext.Mechanism:
 
 def statics(scenario: SCENARIO) -> ext.Quantities:
     block, law = scenario.mechanism, scenario.effects.belt_friction
-    return {"stretch": ext.Quantity(law.mu_s * 9.81 * block.mass / block.stiffness, "m")}
+    return {"stretch": ext.Quantity(law.force / block.stiffness, "m")}
 
 
 simulation = ext.simulation_of(build)
