@@ -113,7 +113,7 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
             *cords_of(scenario, body, angle - at.whole("angle")[0]),
             *forces[:-1],
             *_couples(scenario, body, reach),
-            *_torque_of_drive(at, reach),
+            *torque_arc("torque of the drive", at.get("drive_torque", at.still), 0.6 * reach),
         ]
         if torque.any():
             line = np.stack([np.zeros_like(lever.foot), lever.foot], axis=1)
@@ -315,13 +315,6 @@ def _arrows(body: FreeBody, reach: float) -> list[Arrow]:
         )
         for i, force in enumerate(body.forces)
     ]
-
-
-def _torque_of_drive(at: Samples, reach: float) -> list[Part]:
-    """Return the torque of a drive that gives the speed, beside the couples."""
-    if "drive_torque" not in at:
-        return []
-    return torque_arc("torque of the drive", at["drive_torque"], 1.2 * ARC * reach)
 
 
 def _couples(scenario: "ShaftScenario", body: FreeBody, reach: float) -> list[Part]:

@@ -266,7 +266,7 @@ def test_a_drawn_massless_body_moves_as_newton_and_euler_say(number: int) -> Non
 ROPES: Scenario = {"mechanism.inertia": 0.0, "effects.cord_friction": None}
 UNDEFINED = [
     (pulley(), {"mechanism.inertia": 0.0}, "load is a force without inertia"),
-    (shipped("lift"), {"mechanism.inertia": 0.0}, "a cord that slips gives none"),
+    (shipped("lift"), {"mechanism.inertia": 0.0}, "a slipping cord gives none"),
     (shipped("lift"), ROPES | {"drive.torque": -6000.0}, "a slack rope gives none"),
     (
         shipped("lift"),

@@ -25,7 +25,7 @@ from frictionsim.mechanisms.pulley.statics import impending_motion_forces, limit
 from frictionsim.mechanisms.single_dof import one_coordinate, start_of
 from frictionsim.scenario.kinetic_friction import Corners
 from frictionsim.scenario.signal_tables import signal_and_curve
-from frictionsim.simulation.mechanism import Mechanism, Samples
+from frictionsim.simulation.mechanism import Samples
 from frictionsim.solvers.prescribed import OneAtSpeed
 from frictionsim.solvers.system import INPUT, OneCoordinate, Term
 
@@ -70,9 +70,7 @@ def build(scenario: PulleyScenario) -> Any:
     def quantities(samples: Samples) -> Any:
         return limit_torques(scenario) if by_torque else impending_motion_forces(scenario)
 
-    prescribed = speed is not None
-    mechanism: Mechanism = one_coordinate(scenario, system, quantities, prescribed=prescribed)
-    return mechanism
+    return one_coordinate(scenario, system, quantities, prescribed=speed is not None)
 
 
 def _reaction(load: float, by_torque: bool, vertical: bool) -> Callable[[float, float], float]:

@@ -354,11 +354,10 @@ class PulleyScenario(SingleDofScenario):
         The extremes of the drive, in both directions of friction, have to leave all ropes taut. A
         damping torque stays below that at the start, or that of the largest uniform speed.
         """
-        where, masses = ("mechanism", "inertia"), "0: the masses give the pulley its inertia, and"
+        masses = "0: the masses give the pulley its inertia, and"
         if self.effects.cord_friction is not None:
-            return where, (
-                f"{masses} a cord that slips gives none, so that its acceleration is undefined;"
-                " give an inertia, or leave cord_friction out"
+            return ("mechanism", "inertia"), (
+                f"{masses} a slipping cord gives none: give an inertia, or leave cord_friction out"
             )
         cases = [
             (n.weight_2, u, arm) if n.by_torque else (n.weight_2 + u, 0.0, arm)
@@ -376,10 +375,9 @@ class PulleyScenario(SingleDofScenario):
                     worst = min(worst, pull, pull - n.m2 * rim)
         if worst > 0.0:
             return None
-        return where, (
-            f"{masses} a slack rope gives none, so that its acceleration is undefined; with this"
-            f" drive a tension may fall to {worst:.6g} N: give an inertia, or a drive that keeps"
-            " the ropes taut"
+        return ("mechanism", "inertia"), (
+            f"{masses} a slack rope gives none; with this drive a tension may fall to"
+            f" {worst:.6g} N: give an inertia, or a drive that keeps the ropes taut"
         )
 
     @property
