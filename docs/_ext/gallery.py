@@ -72,7 +72,7 @@ VIEWS = {
         {
             "response": "a marble machine: channels over time, stick shaded",
             "torque": "its torques over the angle of the gear",
-            "mechanism": "the machine at an instant",
+            "mechanism": "the forces on gear and pinion, enlarged at the teeth and at the shaft",
         },
     ),
     "epicyclic": (
@@ -206,7 +206,16 @@ OTHERS = [
     ),
 ]
 # Further scenarios of a kind, in its group.
-OF_SHAFT = [
+FURTHER = [
+    Picture(
+        "pulley_cases.png",
+        "the five cases of the pulley's paper, and the radius c against that of static friction",
+        (
+            "frictionsim solve scenarios/pulley_cases.toml",
+            "frictionsim plot results/pulley_cases.h5"
+            " --channels drive_force,lever_arm,case,angular_velocity",
+        ),
+    ),
     Picture(
         "shaft_hoist_drum.png",
         "a hoist drum with an eccentric mass: couples as curved arrows",
@@ -248,6 +257,7 @@ PAPERS = [
         ),
     )
     for kind, (name, _) in DRAWN.items()
+    if kind in ("pulley", "epicyclic")
 ]
 # By kind, or name of a further scenario: the time of the clock in a screenshot of its report, and
 # what is seen then.
@@ -342,13 +352,13 @@ REPORTS += [
     ),
 ]
 OTHERS += HOIST_PICTURES
-GALLERY = [*of_views(), *OF_GEAR, *OF_SHAFT, *PAPERS, *OTHERS, *REPORTS]
+GALLERY = [*of_views(), *OF_GEAR, *FURTHER, *PAPERS, *OTHERS, *REPORTS]
 
 
 def gallery() -> str:
     """Return the body of the page: each picture with the command that draws it."""
     parts = []
-    views = [*of_views(), *OF_GEAR, *OF_SHAFT]
+    views = [*of_views(), *OF_GEAR, *FURTHER]
     groups = [(kind, [p for p in views if p.file.startswith(f"{kind}_")]) for kind in DRAWN]
     groups += [
         ("for papers", PAPERS),

@@ -1,7 +1,8 @@
 """What mechanisms of one coordinate share: the base of their scenarios, channels, warnings."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from math import ceil, floor, radians
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 from pydantic import model_validator
@@ -27,6 +28,7 @@ from frictionsim.solvers.system import MARGINS, OneCoordinate
 if TYPE_CHECKING:
     from frictionsim.results import Quantities
     from frictionsim.simulation.base import Simulation
+    from frictionsim.simulation.mechanism import Derived
 
 # The modes of one coordinate; the others are of belts.
 SINGLE_DOF_MODES: Flags = tuple(flag for flag in MODES if flag[0] in (BACKWARD, STICK, FORWARD))
@@ -109,6 +111,7 @@ def one_coordinate(
     torques: Callable[[float], Iterable[float]] | None = None,
     tolerance_share: float = 1.0,
     prescribed: bool = False,
+    derived: "Mapping[str, Derived]" = MappingProxyType({}),
 ) -> Mechanism:
     """Return a mechanism of one coordinate for the simulation.
 
@@ -127,6 +130,8 @@ def one_coordinate(
         See `Mechanism`.
     prescribed : bool
         The drive is the velocity, rad/s, and its torque the channel `drive_torque`, N m.
+    derived : mapping of name to Derived
+        See `Mechanism`; of a journal with friction `journal_channels`.
 
     Returns
     -------
@@ -167,6 +172,7 @@ def one_coordinate(
         tolerance_share=tolerance_share,
         prescribed=prescribed,
         torques=torques or torques_of_terms,
+        derived=derived,
     )
 
 

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frictionsim.mechanisms.effects import ShaftFriction
 from frictionsim.motion.parts import Arrow, Body, Detail, Disc, Line, Outline, Part
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.effects import ShaftFriction
     from frictionsim.motion.parts import Array, Bounds, Role
     from frictionsim.motion.samples import Samples
 
@@ -36,7 +37,7 @@ def torque_arc(
     largest: float | None = None,
     role: "Role" = "force",
     about: Any = 0.0,
-) -> list[Part]:
+) -> list[Line]:
     """Return a couple as an arc with a head; nothing if it is zero throughout.
 
     It begins below the axis and goes the way the couple turns: to the right where it is positive.
@@ -98,7 +99,7 @@ def scale_of(forces: Iterable[Part], length: float) -> float:
     return length / largest if largest > 0.0 else 0.0
 
 
-def kinetic_radius(journal: "ShaftFriction", at: "Samples") -> "float | Array":
+def kinetic_radius(journal: ShaftFriction, at: "Samples") -> "float | Array":
     """Return r_k, m, that of each instant if it is over the speed; 0 if that is not recorded."""
     over_speed = journal.radius_over_speed
     if over_speed is None:
@@ -132,6 +133,22 @@ def enlarged_circles(half: float) -> tuple[Detail, ...]:
     if half <= 0.0:
         return ()
     return (Detail("friction circles of the shaft, enlarged", (-half, half, -half, half)),)
+
+
+WINDOW = 2.5  # of the static friction circle: half the side of what is shown larger
+
+
+def journal_of(at: "Samples", drawn: float) -> tuple[list[Part], tuple[Detail, ...]]:
+    """Return the shaft, true to scale if its friction is simulated, and its enlarged circles.
+
+    `drawn` is the radius, m, of a shaft without friction.
+    """
+    if "shaft_friction" not in scenario_of(at.record).get("effects", {}):
+        return shaft_bodies(drawn, at.still), ()
+    journal = ShaftFriction.model_validate(scenario_value(at.record, "effects", "shaft_friction"))
+    size, static = journal.shaft_radius, journal.static_radius
+    bodies = shaft_bodies(size, at.still, static, kinetic_radius(journal, at))
+    return bodies, enlarged_circles(min(1.1 * size, WINDOW * static))
 
 
 SPOKES, TICKS = 5, 12  # an odd number: a turn by half of 360 degrees is seen

@@ -112,13 +112,17 @@ def _limits(record: "Record", panels: Mapping[str, Mapping[str, str]]) -> dict[s
                 if value is not None and abs(value) <= highest:
                     words = f"to {way}: {with_minus(f'{value:.1f}')} {record.units[name]}"
                     limits.setdefault(label, {})[words] = value
+        journal = scenario_of(record).get("effects", {}).get("shaft_friction", {})
+        if not {"shaft_radius", "mu_s"} <= journal.keys():
+            continue
+        radius = friction_radius(float(journal["shaft_radius"]), float(journal["mu_s"]))
         if name == "friction_torque" and "shaft_reaction" in record.channels:
-            journal = scenario_of(record).get("effects", {}).get("shaft_friction", {})
-            if {"shaft_radius", "mu_s"} <= journal.keys():
-                radius = friction_radius(float(journal["shaft_radius"]), float(journal["mu_s"]))
-                limit = radius * np.asarray(record.channels["shaft_reaction"])
-                both = np.column_stack([limit, -limit])
-                limits[label] = {"limit of static friction": (record.time, both)}
+            load = journal.get("normal_load", np.asarray(record.channels["shaft_reaction"]))
+            limit = radius * load + np.zeros(len(record.time))
+            both = np.column_stack([limit, -limit])
+            limits[label] = {"limit of static friction": (record.time, both)}
+        if name == "lever_arm" and "normal_load" not in journal:
+            limits[label] = {f"static friction radius: {picture_text(radius)} m": radius}
     return limits
 
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from frictionsim.errors import InputError, ScenarioError, near_files
 from frictionsim.results import HDF5_SIGNATURE
+from frictionsim.scenario.arguments import toml_text
 from frictionsim.scenario.kinds import kind_names, mechanism_module
 from frictionsim.scenario.model_fields import unknown_key
 from frictionsim.scenario.origin import Origin, origin_of
@@ -35,7 +36,6 @@ from frictionsim.scenario.validation import (
     MAX_KEY_LENGTH,
     ValidationFailure,
     key_text,
-    toml_text,
     validate_model,
 )
 

@@ -196,7 +196,7 @@ def bodies(draw: st.DrawFn) -> Scenario:
 
     gravity = {"gravity": {"g": 9.81}} if draw(st.booleans()) else {}
     effects = {
-        "shaft_friction": shafts(0.1),
+        "shaft_friction": shafts(0.1, pressed=20.0),
         "viscous_damping": st.just({"coefficient": 0.3}),
         "torsion_spring": st.just({"stiffness": 4.0, "free_angle_deg": 20.0}),
         "eccentric_mass": st.just({"mass": 1.5, "radius": 0.2, "azimuth_deg": 50.0}),

@@ -13,6 +13,7 @@ from tests.support.motions import (
     Line,
     arrow,
     body,
+    instant,
     lines,
     motion,
     number,
@@ -20,6 +21,7 @@ from tests.support.motions import (
     record_of,
 )
 from tests.support.scenarios import shipped
+from tests.support.second_way import friction_radius
 
 TIMES = np.linspace(0.0, 2.0, 41)
 
@@ -207,3 +209,68 @@ def test_a_gear_without_its_angle_shows_the_tracer_point_alone() -> None:
     record = record_of("epicyclic", {"time": TIMES, "tracer_x": x, "tracer_y": y})
     names = {part.name for part in motion(record).parts}
     assert names == {"sun", "path of the tracer point", "tracer point"}
+
+
+@pytest.mark.parametrize("drawn", range(4))
+def test_the_forces_on_gear_and_pinion_are_in_balance(drawn: int) -> None:
+    """Figs 4 and 11 of the paper: sums and moments of what the arrows show, at all frames."""
+    rng = np.random.default_rng(drawn)
+    data: Any = shipped(
+        "marble_machine",
+        mechanism__mesh_azimuth_deg=float(rng.uniform(-180.0, 180.0)),
+        mechanism__pressure_angle_deg=float(rng.uniform(0.0, 30.0)),
+        mechanism__initial_angle_deg=float(rng.uniform(-90.0, 90.0)),
+        solver__duration=0.6,
+    )
+    record = fs.solve(data).record
+    animation, machine = motion(record), data["mechanism"]
+    of = {name: values[-1:] for name, values in record.channels.items()} if drawn % 2 else {}
+    animation = instant(record, len(record.time) - 1) if of else animation
+    of = of or record.channels
+    assert len(animation.time) == len(of["time"])  # each sample is a frame
+    arrows = [part for part in animation.parts if isinstance(part, Arrow)]
+    marbles = [part for part in arrows if part.name == "weight of a marble"]
+    assert len(marbles) == machine["slots"] // 2
+    along, along_pinion = (a for a in arrows if a.name == "force of the teeth, tangential")
+    inward, inward_pinion = (a for a in arrows if a.name == "force of the teeth, radial")
+    lever, others = arrow(animation, "reaction of the shaft"), [along, inward, *marbles]
+    others.append(arrow(animation, "weight of the gear"))
+    total = sum(each.vector for each in others)
+    assert total + lever.vector == pytest.approx(np.zeros_like(total), abs=1e-14)
+    resultant = arrow(animation, "resultant of the other forces")
+    assert resultant.vector == pytest.approx(total, abs=1e-14)
+    assert resultant.foot == pytest.approx(lever.foot)
+    assert np.linalg.norm(lever.vector, axis=1) == pytest.approx(of["shaft_reaction"], rel=1e-12)
+    # About the axis: the weights of marbles, the force of the teeth, the friction.
+    inertia = machine["gear_inertia"]
+    inertia += len(marbles) * machine["marble_mass"] * machine["marble_circle_radius"] ** 2
+    moment = sum(moment_about(each, 0.0) for each in [*others, lever])
+    assert moment == pytest.approx(inertia * of["angular_acceleration"], abs=1e-15)
+    # The pinion turns the other way; motor and pinion have an inertia.
+    pinion = [along_pinion, inward_pinion]
+    bearing = [arrow(animation, f"reaction of the pinion's shaft, {way}") for way in WAYS]
+    both = sum(each.vector for each in [*pinion, *bearing])
+    assert both == pytest.approx(np.zeros_like(both), abs=1e-14)
+    moment = sum(moment_about(each, bearing[0].foot) for each in pinion)
+    (arc,) = lines(animation, "drive of the pinion")
+    ratio, inertia = machine["gear_ratio"], data["effects"]["motor_inertia"]["inertia"]
+    turned = arc.size - moment
+    assert turned == pytest.approx(inertia * ratio * of["angular_acceleration"], abs=1e-14)
+    # In slip the reaction touches the circle of kinetic friction.
+    slips = of["mode"] != 0
+    distance = np.linalg.norm(lever.foot, axis=1)[slips]
+    assert distance == pytest.approx(friction_radius(0.003, 0.4), rel=1e-9)
+
+
+WAYS = ("tangential", "radial")
+
+
+def moment_about(arrow: Arrow, place: Any) -> Any:
+    """Return the moment of a force, N m."""
+    (x, y), (across, up) = (arrow.foot - place).T, arrow.vector.T
+    return x * up - y * across
+
+
+def test_without_the_forces_of_the_teeth_there_are_no_arrows() -> None:
+    few = fs.solve(shipped("marble_machine", output__channels=["angle"])).record
+    assert not [part for part in motion(few).parts if isinstance(part, Arrow)]

@@ -57,17 +57,19 @@ def marks(record: Record) -> tuple[Any, list[str]]:
     return places, [text.get_text() for text in figure.legends[0].get_texts()]
 
 
+@pytest.mark.parametrize(("mesh", "angle_deg"), [("external", 180.0), ("internal", 0.0)])
 @pytest.mark.parametrize("cusps", [2, 3, 5])
-def test_an_epicycloid_has_its_cusps_on_the_sun(cusps: int) -> None:
-    """Those of z = sun/planet cusps are at the angles 2 pi k/z, where the point is on the sun."""
-    places, words = marks(gear(sun=0.06 * cusps))
+def test_the_cusps_are_on_the_sun_or_ring(cusps: int, mesh: str, angle_deg: float) -> None:
+    """Those of z = sun/planet cusps are at the angles 2 pi k/z, where the point is on it."""
+    record = gear(0.06 * cusps, angle_deg=angle_deg, mechanism__mesh=mesh)
+    places, words = marks(record)
     known = 2.0 * pi * np.arange(cusps) / cusps
     expected = 0.06 * cusps * np.column_stack([np.cos(known), np.sin(known)])
     assert places.shape == expected.shape
     for place in expected:
         assert np.min(np.hypot(*(places - place).T)) < 1e-12
     assert f"{cusps + 1} cusps" in words  # the first one twice, in just over a turn
-    assert gear(sun=0.06 * cusps).quantities["tracer_cusps"].value == cusps + 1
+    assert record.quantities["tracer_cusps"].value == cusps + 1
 
 
 @pytest.mark.parametrize("tracer", [0.0599, 0.0601, 0.03, 0.0])

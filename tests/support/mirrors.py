@@ -133,7 +133,8 @@ OF_GEAR = Mirror(
     other=frozenset({"tracer_x", "tracer_y", "uniform_torque"}),
     half_turn=frozenset({"angle"}),
 )
-OF_MACHINE = Mirror(_machine, TURNED | {"motor_torque", "load_torque"})
+TEETH = {"tooth_force_tangential", "tooth_force_radial"}
+OF_MACHINE = Mirror(_machine, TURNED | {"motor_torque", "load_torque"} | TEETH)
 # The direction of the loop, the signs of n and t, sides and torques are all turned over.
 OF_BELT = Mirror(
     belt_scenarios.mirrored,

@@ -7,7 +7,6 @@ from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.effects import Gravity
 from frictionsim.mechanisms.epicyclic.channels import CHANNELS
-from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint
 from frictionsim.mechanisms.single_dof import SingleDofScenario
 from frictionsim.results import Channel
 from frictionsim.scenario.kinetic_friction import (
@@ -144,6 +143,23 @@ class RollingFriction(SharedFrictionLaw):
     def _kinetic_not_above_static(self) -> Self:
         check_kinetic_friction("arm_kinetic", self.rolling_arm, "arm", self.arm)
         return self
+
+
+class TracerPoint(Params):
+    """A point of the planet whose path is recorded.
+
+    The point dwells while it passes a place nearest to the sun or ring within `dwell_distance`.
+    """
+
+    radius: float = unit_field("m", "Distance of the point from the planet's centre.", ge=0)
+    angle_deg: float = unit_field(
+        "deg",
+        "Angle of the point where the crank is at 0; 180 is on the sun, 0 on a ring.",
+        180.0,
+    )
+    dwell_distance: float = unit_field(
+        "m", "Distance from a place within which the point dwells there.", 1e-3, gt=0
+    )
 
 
 class EpicyclicEffects(Params):

@@ -14,32 +14,12 @@ at which dy/dp = 0.
 
 from collections.abc import Callable, Iterator
 from math import asin, ceil, pi, radians, sin
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
+from frictionsim.mechanisms.epicyclic.schema import EpicyclicParameters, TracerPoint
 from frictionsim.results import Quantities, Quantity
-from frictionsim.scenario.schema import Params, unit_field
-
-if TYPE_CHECKING:
-    from frictionsim.mechanisms.epicyclic.schema import EpicyclicParameters
 
 Motion = tuple[Any, Any, Any]  # times, s, angles of the crank, rad, and its velocities, rad/s: (n,)
-
-
-class TracerPoint(Params):
-    """A point of the planet whose path is recorded.
-
-    The point dwells while it passes a place nearest to the sun or ring within `dwell_distance`.
-    """
-
-    radius: float = unit_field("m", "Distance of the point from the planet's centre.", ge=0)
-    angle_deg: float = unit_field(
-        "deg",
-        "Angle of the point where the crank is at 0; 180 is on the sun, 0 on a ring.",
-        180.0,
-    )
-    dwell_distance: float = unit_field(
-        "m", "Distance from a place within which the point dwells there.", 1e-3, gt=0
-    )
 
 
 class Dwell(NamedTuple):
@@ -69,7 +49,7 @@ class TracerPath:
     point : TracerPoint
     """
 
-    def __init__(self, gear: "EpicyclicParameters", point: TracerPoint) -> None:
+    def __init__(self, gear: EpicyclicParameters, point: TracerPoint) -> None:
         self.length, self.turns = gear.length, gear.planet_speed_ratio
         self._planet, self._ratio = gear.planet_radius, gear.sun_radius / gear.planet_radius
         self.rho, self.psi_0 = point.radius, radians(point.angle_deg)

@@ -36,6 +36,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
+from frictionsim.mechanisms.journal import journal_channels
 from frictionsim.mechanisms.pulley.rope_impact import shock
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
@@ -587,6 +588,7 @@ def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
         run_warnings=run_warnings,
         checks=checks,
         prescribed=speed is not None,
+        derived=journal_channels(effects.shaft_friction, n.inertia),
     )
 
 

@@ -16,6 +16,7 @@ The model is in
 from math import sqrt
 from typing import Any
 
+from frictionsim.mechanisms.journal import journal_channels
 from frictionsim.mechanisms.shaft.channels import CHANNELS as CHANNELS
 from frictionsim.mechanisms.shaft.channels import PANELS as PANELS
 from frictionsim.mechanisms.shaft.equation import Shaft, shaft_of, system_of
@@ -72,6 +73,7 @@ def build(scenario: ShaftScenario) -> Mechanism:
         torques=torques,
         tolerance_share=1.0 if scenario.drive else tolerance_share(scenario, shaft),
         prescribed=scenario.drive is not None,
+        derived=journal_channels(scenario.effects.shaft_friction, shaft.inertia),
     )
 
 

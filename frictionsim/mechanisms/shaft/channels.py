@@ -1,5 +1,6 @@
 """Channels of a body on a shaft, and those of its default plot."""
 
+from frictionsim.mechanisms.journal import CHANNELS as JOURNAL_CHANNELS
 from frictionsim.mechanisms.single_dof import base_channels
 from frictionsim.results import Channel
 
@@ -9,6 +10,7 @@ CHANNELS = base_channels("body") | {
     "drive_torque": Channel("N m", "torque of the drive that gives the speed, one of the applied"),
     "stop_torque": Channel("N m", "torque of an end stop on the body that rests on it"),
     "shaft_reaction": Channel("N", "reaction of the shaft"),
+    **JOURNAL_CHANNELS,
     "reaction_x": Channel("N", "reaction of the shaft on the body, component to the right"),
     "reaction_y": Channel("N", "reaction of the shaft on the body, component upwards"),
     "energy_input": Channel("J", "work of the forces and couples"),

@@ -37,6 +37,7 @@ from frictionsim.mechanisms.shaft.loads import (
     Triple,
     acting_of,
     arms_of_weight,
+    carried,
     knots_of,
     sizes_of,
     total_of,
@@ -175,7 +176,10 @@ class Shaft:
     inertia : float, kg m^2
     loads, weights : list of Load
     forces : list of Load
-        All of them, the weights without their moments, which are stored energies and no input.
+        All of them, the weights without their moments, which are stored energies and no input; or
+        their moments, and the constant normal load of the friction.
+    resultant : callable
+        As `acting`, with the force of all forces in any case.
     r_s, r_k : float, m
         Friction radii, r_k at the speed zero; zero without dry friction.
     radius_over_speed : OverSpeed or None
@@ -195,9 +199,11 @@ class Shaft:
         self.spring = _spring_of(effects.torsion_spring)
         self.loads, self.weights = loads_of(scenario), weights_of(scenario)
         (_, x, y), (cosine, *_), (sine, *_) = total_of(self.weights)
-        self.forces = [*self.loads, Load(Arms((0.0, x, y)), Constant(1.0))]
-        self.acting = acting_of(self.forces)
-        self._sizes = sizes_of([*self.loads, *self.weights], self.r_s)
+        self.normal_load = journal.normal_load if journal else None
+        forces = [*self.loads, Load(Arms((0.0, x, y)), Constant(1.0))]
+        self.forces = self._carried(forces)
+        self.acting, self.resultant = acting_of(self.forces), acting_of(forces)
+        self._sizes = sizes_of(self._carried([*self.loads, *self.weights]), self.r_s)
         self.eccentric = None
         if mass is not None and mass.first_moment:
             azimuth = radians(mass.azimuth_deg)
@@ -216,6 +222,9 @@ class Shaft:
             *viscous_damping(effects.viscous_damping),
         ]
         self._torques: list[Any] = [part.torque for part in self.parts]
+
+    def _carried(self, loads: list[Load]) -> list[Load]:
+        return carried(loads, self.normal_load, lambda arms, size: Load(arms, Constant(size)))
 
     def torque(self, u: Acting, q: float, v: float) -> float:
         """Return the torque of all but dry friction and end stops, N m."""
@@ -262,7 +271,9 @@ class Shaft:
 
     @property
     def may_reverse(self) -> bool:
-        """Whether the load of the shaft may pass zero."""
+        """Whether the load of the friction may pass zero."""
+        if self.normal_load is not None:
+            return False
         fixed, turning, _ = total_of(load for load in self.forces if load.is_constant)
         varying = [load.arms for load in self.forces if not load.is_constant]
         varies = any(any(triple[1:]) for arms in varying for triple in arms)
@@ -319,7 +330,7 @@ class Excess:
         self.shaft, self.r_s, self.s, self.angle = shaft, r_s, s, angle
         self.changing = [
             (load.size, load.arms.at(angle))
-            for load in shaft.loads
+            for load in shaft.forces
             if load.over == TIME and not load.is_constant
         ]
 
@@ -410,10 +421,10 @@ class ShaftAtSpeed(OneAtSpeed):
 def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
     """Return the equation of motion; with an eccentric mass, K of `EccentricMass` is r_k R."""
     journal, stops, eccentric = scenario.effects.shaft_friction, shaft.stops, shaft.eccentric
-    over_speed, friction = shaft.radius_over_speed, None
+    over_speed, friction, is_constant = shaft.radius_over_speed, None, shaft.normal_load is not None
     if journal is not None:
         kinetic: Any = shaft.limit_over_speed if over_speed else shaft.kinetic_limit
-        if eccentric:
+        if eccentric and not is_constant:
             kinetic = eccentric.limit_at_speed if scenario.drive else eccentric.kinetic_limit
         friction = Friction(
             CONTACT_NAME,
@@ -434,6 +445,10 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
             numbers.append(-torque if v == 0.0 and stops.side(q) * torque > 0.0 else 0.0)
         return numbers
 
+    def recorded_with_resultant(u: Acting, q: float, v: float, a: float) -> list[float]:
+        _, _, x, y, c, s = shaft.resultant(u[0], q, v)
+        return recorded((u[0], u[1], x, y, c, s), q, v, a)
+
     speed = scenario.given_speed
     reverses = friction is not None and shaft.may_reverse and not (eccentric and speed)
     kind: Any = OneCoordinate if speed is None else partial(ShaftAtSpeed, speed)
@@ -453,6 +468,6 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
             *(["drive_torque"] if scenario.drive is not None else []),
             *(["stop_torque"] if stops is not None else []),
         ),
-        recorded=recorded,
+        recorded=recorded_with_resultant if is_constant else recorded,
     )
     return system

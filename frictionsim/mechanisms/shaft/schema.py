@@ -373,7 +373,9 @@ class ShaftScenario(SingleDofScenario):
         journal, arm = self.effects.shaft_friction, self.largest_arm
         others = self.couples or self.effects.torsion_spring or self.has_weight
         moves = self.drive or self.mechanism.initial_angular_velocity != 0.0
-        if journal is None or others or moves or len(self.forces) != 1:
+        if journal is None or journal.normal_load is not None or others or moves:
+            return self
+        if len(self.forces) != 1:
             return self
         unknown = None if self.statics is None else self.statics.unknown
         if 0.0 < arm <= journal.static_radius and not str(unknown).endswith(RADII):
@@ -388,7 +390,7 @@ class ShaftScenario(SingleDofScenario):
     @model_validator(mode="after")
     def _check_sliding(self) -> Self:
         journal, eccentric = self.effects.shaft_friction, self.effects.eccentric_mass
-        if journal is None or eccentric is None or self.drive:
+        if journal is None or journal.normal_load is not None or eccentric is None or self.drive:
             return self
         product = eccentric.first_moment * journal.largest_radius
         if product >= self.inertia:
