@@ -5,7 +5,7 @@ The whole stands above its enlarged parts. The key has each force with its size 
 
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from math import ceil, inf
 from pathlib import Path
 from subprocess import CalledProcessError
@@ -367,12 +367,15 @@ def draw_still(
 
 
 def motion_at(record: "Record", sample: int) -> "Motion":
-    """Return the motion of a single sample."""
-    number = sample % len(record.time)
-    motion = motion_of(record, number)
+    """Return the motion of a single sample, whose arrows are on the scale of the run."""
+    of_run = None
+    with suppress(InputError):  # other samples may have numbers that cannot be drawn
+        of_run = motion_of(record)
+    reduction = of_run.reduction if of_run else 1.0
+    motion = motion_of(record, sample % len(record.time), reduction)
     if motion is None:
         raise InputError("cannot draw this result: there is no drawing of its kind")
-    return motion
+    return motion._replace(bounds=of_run.bounds, scale=of_run.scale) if of_run else motion
 
 
 # Animations.

@@ -19,6 +19,7 @@ References
    2018, 8871-8881, eqs 1-24 and 30.
 """
 
+from functools import partial
 from math import cos, hypot, radians, sin, sqrt
 from sys import float_info
 from typing import Any, NamedTuple
@@ -46,6 +47,7 @@ from frictionsim.mechanisms.single_dof import start_of
 from frictionsim.scenario.kinetic_friction import OverSpeed
 from frictionsim.scenario.signal_tables import AngleTable, SpeedTable, signal_from
 from frictionsim.scenario.signals import Constant, linear
+from frictionsim.solvers.prescribed import OneAtSpeed
 from frictionsim.solvers.roots import time_of_excess
 from frictionsim.solvers.system import INPUT, EndStops, Friction, OneCoordinate, Term
 
@@ -131,6 +133,10 @@ class EccentricMass:
         root, r_k = hypot(along, across), self.r_k
         return r_k * (self.inertia * root + s * r_k * self.p * along) / self.determinant
 
+    def limit_at_speed(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
+        """Return r_k R of a given speed, N m; `applied` is the sum of all torques."""
+        return self.r_k * hypot(*self.load(u, v, applied / self.inertia))
+
     def load(self, u: Acting, v: float, a: float) -> tuple[float, float]:
         """Return the force of the body on the shaft at an acceleration, N, right and up."""
         (_, _, x, y, _, _), (c, s) = u, self.direction(u)
@@ -153,6 +159,9 @@ class EccentricMassOverSpeed(EccentricMass):
 
     def kinetic_limit(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
         return self._at(v).kinetic_limit(u, q, v, s, applied)
+
+    def limit_at_speed(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
+        return self._at(v).limit_at_speed(u, q, v, s, applied)
 
 
 class Shaft:
@@ -401,16 +410,26 @@ class Reversal:
         return self.shaft.turning_load(u, y[0], y[1])
 
 
+class ShaftAtSpeed(OneAtSpeed):
+    """A body of given speed: the torque of its drive adds to the moment of the loads."""
+
+    def driven(self, u: Acting, torque: float) -> Acting:
+        t, moment, *others = u
+        return (t, moment + torque, *others)  # type: ignore[return-value]
+
+
 def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
     """Return the equation of motion; with an eccentric mass, K of `EccentricMass` is r_k R."""
     journal, stops, eccentric = scenario.effects.shaft_friction, shaft.stops, shaft.eccentric
     over_speed, friction, is_constant = shaft.radius_over_speed, None, shaft.normal_load is not None
     if journal is not None:
-        kinetic = shaft.limit_over_speed if over_speed else shaft.kinetic_limit
+        kinetic: Any = shaft.limit_over_speed if over_speed else shaft.kinetic_limit
+        if eccentric and not is_constant:
+            kinetic = eccentric.limit_at_speed if scenario.drive else eccentric.kinetic_limit
         friction = Friction(
             CONTACT_NAME,
             static=shaft.static_limit,
-            kinetic=eccentric.kinetic_limit if eccentric and not is_constant else kinetic,
+            kinetic=kinetic,
             roundoff=lambda u, q: shaft.roundoff(u[0], q),
             surfaces=over_speed.surfaces(1) if over_speed else (),
             **journal.law_of_contact(),
@@ -420,14 +439,20 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
         torque = shaft.torque(u, q, v)
         x, y = eccentric.load(u, v, a) if eccentric else (u[2], u[3])
         numbers = [torque, hypot(x, y), -x, -y]
+        if scenario.drive is not None:
+            numbers.append(u[1] - shaft.acting(u[0], q, v)[1])
         if stops is not None:
             numbers.append(-torque if v == 0.0 and stops.side(q) * torque > 0.0 else 0.0)
         return numbers
 
     def recorded_with_resultant(u: Acting, q: float, v: float, a: float) -> list[float]:
-        return recorded(shaft.resultant(u[0], q, v), q, v, a)
+        _, _, x, y, c, s = shaft.resultant(u[0], q, v)
+        return recorded((u[0], u[1], x, y, c, s), q, v, a)
 
-    return OneCoordinate(
+    speed = scenario.given_speed
+    reverses = friction is not None and shaft.may_reverse and not (eccentric and speed)
+    kind: Any = OneCoordinate if speed is None else partial(ShaftAtSpeed, speed)
+    system: OneCoordinate = kind(
         Elapsed(tuple(load.size for load in shaft.loads if load.over == TIME)),
         shaft.acting,
         shaft.inertia,
@@ -436,14 +461,13 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
         start=start_of(scenario),
         first_excess=lambda q, a, b: first_excess(shaft, shaft.r_s, q, a, b),
         first_departure=lambda q, a, b: first_excess(shaft, 0.0, q, a, b),
-        surfaces=(
-            *knots_of(shaft.loads),
-            *([Reversal(shaft)] if friction is not None and shaft.may_reverse else []),
-        ),
+        surfaces=(*knots_of(shaft.loads), *([Reversal(shaft)] if reverses else [])),
         stops=stops,
         channels=(
             *("applied_torque", "shaft_reaction", "reaction_x", "reaction_y"),
+            *(["drive_torque"] if scenario.drive is not None else []),
             *(["stop_torque"] if stops is not None else []),
         ),
         recorded=recorded_with_resultant if is_constant else recorded,
     )
+    return system
