@@ -64,6 +64,7 @@ VIEWS = {
         "pulley_return",
         {
             "response": "a pulley on a dry shaft: breakaway, slip, and rest again",
+            "friction": "its friction over what acts and over the speed, with limits and law",
             "mechanism": "the pulley with its forces, and the friction circles of its shaft",
         },
     ),
@@ -71,6 +72,7 @@ VIEWS = {
         "marble_machine",
         {
             "response": "a marble machine: channels over time, stick shaded",
+            "friction": "its friction over what acts and over the speed",
             "torque": "its torques over the angle of the gear",
             "mechanism": "the forces on gear and pinion, enlarged at the teeth and at the shaft",
         },
@@ -79,6 +81,7 @@ VIEWS = {
         "epicyclic",
         {
             "response": "an epicyclic gear: channels over time, stick shaded",
+            "friction": "its friction over what acts and over the speed",
             "torque": "its torques over the angle of the crank",
             "path": "the path of its tracer point, and where this dwells",
             "mechanism": "the gear at an instant with its forces and couples",
@@ -99,6 +102,7 @@ VIEWS = {
         "shaft",
         {
             "response": "a bell crank on a dry shaft: channels over time, stick shaded",
+            "friction": "its friction over what acts and over the speed",
             "friction_circle": "its forces, and the friction circles of its shaft, as it slips",
         },
     ),

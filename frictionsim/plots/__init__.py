@@ -15,6 +15,7 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots import belt, kinds
+from frictionsim.plots.friction import friction
 from frictionsim.plots.kinds import OVER_TIME, View
 from frictionsim.plots.mechanism import draw_mechanism
 from frictionsim.plots.over_time import (
@@ -41,25 +42,30 @@ Views = Mapping[str, View]
 
 
 MECHANISM = View(draw_mechanism, ("time",))
+FRICTION = View(friction, ("window",))
 VIEWS: Mapping[str, Views] = {
     "pulley": {
         "response": RESPONSE,
+        "friction": FRICTION,
         "traction": View(kinds.traction, ("window",), effect="cord_friction"),
         "mechanism": MECHANISM,
     },
     "marble_machine": {
         "response": RESPONSE,
+        "friction": FRICTION,
         "torque": View(kinds.torque_of_machine, ("window",)),
         "mechanism": MECHANISM,
     },
     "epicyclic": {
         "response": RESPONSE,
+        "friction": FRICTION,
         "torque": View(kinds.torque_of_gear, ("window",)),
         "path": View(kinds.path, ("time",)),
         "mechanism": MECHANISM,
     },
     "shaft": {
         "response": RESPONSE,
+        "friction": FRICTION,
         "friction_circle": MECHANISM,
     },
     "belt_drive": {
