@@ -102,7 +102,8 @@ def compare(data: Scenario) -> list[str]:
     return [name for name, events in lift.events.items() if events]
 
 
-@pytest.mark.parametrize("number", one_in(25, range(100)))
+# Of the first and every 25th, two have impacts of ropes, and two a cord.
+@pytest.mark.parametrize("number", one_in(25, [(2 + 37 * n) % 100 for n in range(100)]))
 def test_a_drawn_lift_has_the_events_of_the_independent_program(number: int) -> None:
     compare(drawn(number))
 
@@ -177,7 +178,7 @@ def of_all_loads(data: Scenario, done: Any) -> Any:
     ), abs(total)
 
 
-@pytest.mark.parametrize("number", one_in(10, range(100)))
+@pytest.mark.parametrize("number", one_in(9, range(100)))
 def test_a_drawn_shaft_takes_what_newton_and_euler_say(
     number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
