@@ -298,6 +298,24 @@ def scaled(size: Any, factor: float) -> Any:
     return {form: kept | {key: factor * table[key] for key in table.keys() - kept.keys()}}
 
 
+def test_a_speed_that_is_given_takes_the_friction_of_a_constant_load() -> None:
+    cord = {"name": "load", "size": 300.0, "cord_radius": -0.1, "direction": [0.0, -1.0]}
+    journal = {"shaft_radius": 0.02, "mu_s": 0.3, "mu_k": 0.2, "normal_load": 1000.0}
+    run = sound(
+        {
+            "kind": "shaft",
+            "mechanism": {"inertia": 0.5},
+            "drive": {"speed": 2.0},
+            "forces": [cord],
+            "effects": {"shaft_friction": journal},
+            "solver": {"duration": 1.0},
+        }
+    )
+    torque = 300.0 * 0.1 + friction_radius(0.02, 0.2) * 1000.0
+    assert run.channels["drive_torque"] == pytest.approx(torque, rel=1e-12)
+    assert run.channels["shaft_reaction"] == pytest.approx(300.0, rel=1e-12)
+
+
 def test_a_lift_has_no_constant_load() -> None:
     with pytest.raises(fs.ScenarioError, match="leave normal_load out"):
         fs.load("lift", {"effects.shaft_friction.normal_load": 1e4})
