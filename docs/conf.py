@@ -22,5 +22,7 @@ nitpicky = True
 html_theme = "furo"
 html_title = "frictionsim"
 html_math_renderer = "mathml"
+html_static_path = ["_static"]
+html_css_files = ["maths.css"]
 html_show_sourcelink = False
 html_copy_source = False

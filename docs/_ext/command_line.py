@@ -5,12 +5,12 @@ from typing import Any
 from markdown import table
 from typer.main import get_command
 
-from frictionsim.cli.commands import app
+from frictionsim.cli.commands import app_for
 
 
 def commands() -> str:
     """Return a section for the program and for each command."""
-    program: Any = get_command(app)
+    program: Any = get_command(app_for())
     parts = [
         "## frictionsim",
         "`frictionsim [OPTIONS] COMMAND [ARGUMENTS]`",

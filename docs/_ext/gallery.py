@@ -64,6 +64,7 @@ VIEWS = {
         "pulley_return",
         {
             "response": "a pulley on a dry shaft: breakaway, slip, and rest again",
+            "friction": "its friction over what acts and over the speed, with limits and law",
             "mechanism": "the pulley with its forces, and the friction circles of its shaft",
         },
     ),
@@ -71,16 +72,19 @@ VIEWS = {
         "marble_machine",
         {
             "response": "a marble machine: channels over time, stick shaded",
+            "friction": "its friction over what acts and over the speed",
             "torque": "its torques over the angle of the gear",
-            "mechanism": "the machine at an instant",
+            "mechanism": "the forces on gear and pinion, enlarged at the teeth and at the shaft",
         },
     ),
     "epicyclic": (
         "epicyclic",
         {
             "response": "an epicyclic gear: channels over time, stick shaded",
+            "friction": "its friction over what acts and over the speed",
             "torque": "its torques over the angle of the crank",
-            "path": "the path of its tracer point",
+            "path": "the path of its tracer point, and where this dwells",
+            "mechanism": "the gear at an instant with its forces and couples",
         },
     ),
     "belt_drive": (
@@ -90,18 +94,23 @@ VIEWS = {
             "drive": "the drive in place: tension as colour, stick, normal forces and friction",
             "tension": "the tension along the belt",
             "body": "what one body of the belt meets",
+            "friction": "friction over normal force against the slip of its bodies, and the law",
+            "wear": "friction work along a belt with oil on a part of it",
         },
     ),
     "shaft": (
         "shaft",
         {
             "response": "a bell crank on a dry shaft: channels over time, stick shaded",
+            "friction": "its friction over what acts and over the speed",
             "friction_circle": "its forces, and the friction circles of its shaft, as it slips",
         },
     ),
 }
 # Of a view of an instant that is not the end, and of a body on the passive span, as in Kubas 2014.
 OPTIONS = {"friction_circle": "--time 0.8", "body": "--body 120", "mechanism": "--time 1"}
+# By view: another scenario than that of its kind, and what is set in it.
+OF_ANOTHER = {"wear": ("belt_patch", " --set 'effects.wear={}'")}
 # By scenario: its kind, and further views or what else they show.
 MORE_VIEWS = {
     "lift": (
@@ -123,13 +132,14 @@ def of_views() -> list[Picture]:
             f"{kind}_{view}.png",
             title,
             (
-                f"frictionsim solve scenarios/{name}.toml",
-                VIEW_OF.format(name=name, view=view)
+                f"frictionsim solve scenarios/{own}.toml{more}",
+                VIEW_OF.format(name=own, view=view)
                 + (f" {OPTIONS[view]}" if view in OPTIONS else ""),
             ),
         )
         for kind, (name, views) in DRAWN.items()
         for view, title in views.items()
+        for own, more in [OF_ANOTHER.get(view, (name, ""))]
     ]
 
 
@@ -174,7 +184,7 @@ OTHERS = [
         "an epicyclic gear in motion",
         (
             "frictionsim solve scenarios/epicyclic.toml",
-            "frictionsim plot results/epicyclic.h5 --fps 9",
+            "frictionsim plot results/epicyclic.h5 --fps 8",
         ),
     ),
     Picture(
@@ -200,7 +210,16 @@ OTHERS = [
     ),
 ]
 # Further scenarios of a kind, in its group.
-OF_SHAFT = [
+FURTHER = [
+    Picture(
+        "pulley_cases.png",
+        "the five cases of the pulley's paper, and the radius c against that of static friction",
+        (
+            "frictionsim solve scenarios/pulley_cases.toml",
+            "frictionsim plot results/pulley_cases.h5"
+            " --channels drive_force,lever_arm,case,angular_velocity",
+        ),
+    ),
     Picture(
         "shaft_hoist_drum.png",
         "a hoist drum with an eccentric mass: couples as curved arrows",
@@ -218,6 +237,20 @@ OF_SHAFT = [
         ),
     ),
 ]
+OF_GEAR = [
+    Picture(
+        f"epicyclic_{word}.png",
+        title,
+        (
+            f"frictionsim solve scenarios/epicyclic_{word}.toml",
+            f"{VIEW_OF.format(name=f'epicyclic_{word}', view=view)} --time 1",
+        ),
+    )
+    for word, view, title in (
+        ("dwell", "path", "the gear at a uniform speed: its tracer point swings while it dwells"),
+        ("ring", "mechanism", "a planet inside a ring of twice its size: a straight line"),
+    )
+]
 PAPERS = [
     Picture(
         f"paper_{kind}.png",
@@ -228,6 +261,7 @@ PAPERS = [
         ),
     )
     for kind, (name, _) in DRAWN.items()
+    if kind in ("pulley", "epicyclic")
 ]
 # By kind, or name of a further scenario: the time of the clock in a screenshot of its report, and
 # what is seen then.
@@ -322,13 +356,13 @@ REPORTS += [
     ),
 ]
 OTHERS += HOIST_PICTURES
-GALLERY = [*of_views(), *OF_SHAFT, *PAPERS, *OTHERS, *REPORTS]
+GALLERY = [*of_views(), *OF_GEAR, *FURTHER, *PAPERS, *OTHERS, *REPORTS]
 
 
 def gallery() -> str:
     """Return the body of the page: each picture with the command that draws it."""
     parts = []
-    views = [*of_views(), *OF_SHAFT]
+    views = [*of_views(), *OF_GEAR, *FURTHER]
     groups = [(kind, [p for p in views if p.file.startswith(f"{kind}_")]) for kind in DRAWN]
     groups += [
         ("for papers", PAPERS),

@@ -16,6 +16,7 @@ from excerpt import excerpt
 from gallery import gallery
 from layout import layout
 from method_table import methods
+from papers import papers
 from python_api import api, errors
 from scenario_keys import keys, signal
 
@@ -34,6 +35,7 @@ PARTS: Mapping[str, Callable[..., str]] = {
     "keys": keys,
     "layout": layout,
     "methods": methods,
+    "papers": papers,
     "signal": signal,
 }
 PART = re.compile(r"(<!-- generated: (\w+)((?: [\w.]+)*) -->\n).*?(<!-- end -->)", re.DOTALL)

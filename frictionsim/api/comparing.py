@@ -1,5 +1,6 @@
 """Comparison of results from Python."""
 
+from collections.abc import Iterable
 from math import ceil, inf, log10
 from os import PathLike
 from typing import TYPE_CHECKING
@@ -7,6 +8,7 @@ from typing import TYPE_CHECKING
 from frictionsim.api import result as results
 from frictionsim.display import STUDY_DIGITS, number_text, short_text, study_text
 from frictionsim.document import Data, Document, Table
+from frictionsim.errors import ArgumentError
 from frictionsim.io.comparison import (
     ComparedChannel,
     Comparison,
@@ -14,7 +16,8 @@ from frictionsim.io.comparison import (
     compare_records,
 )
 from frictionsim.results import finite
-from frictionsim.scenario.options import GivenNames, Tolerance, as_path, checked
+from frictionsim.scenario.arguments import as_number, as_path
+from frictionsim.scenario.options import names_of
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -29,15 +32,14 @@ HEADINGS = (
 )
 
 
-@checked
 def compare(
     result: results.Result | str | PathLike[str],
     golden: results.Result | str | PathLike[str],
     *,
-    rtol: Tolerance = RTOL,
-    atol: Tolerance = ATOL,
-    time_atol: Tolerance = TIME_ATOL,
-    ignore: GivenNames = (),
+    rtol: float = RTOL,
+    atol: float = ATOL,
+    time_atol: float = TIME_ATOL,
+    ignore: str | Iterable[str] = (),
 ) -> Comparison:
     """Compare a result with a golden (reference) result: channels, events, quantities and status.
 
@@ -78,11 +80,17 @@ def compare(
         If they cannot be compared: a file is unreadable, the kinds differ, or both runs are done
         but sampled at different times.
     """
+    given = {"rtol": rtol, "atol": atol, "time_atol": time_atol}
+    limits = [as_number(name, value, zero=True) for name, value in given.items()]
+    try:
+        ignored = names_of(ignore)
+    except ValueError as error:
+        raise ArgumentError("ignore", str(error)) from None
     records = (
         _named("result", result, "the result"),
         _named("golden", golden, "the golden result"),
     )
-    return compare_records(*records, Tolerances(rtol, atol, time_atol), tuple(ignore))
+    return compare_records(*records, Tolerances(*limits), ignored)
 
 
 def _named(

@@ -139,7 +139,7 @@ class Fit(FitOutcome, ResultBase):
     def _fault(self) -> str:
         return self.reason or self.finding.sentence
 
-    def parts(self) -> Document:
+    def _parts(self) -> Document:
         """Yield the estimates, their correlations and the residuals, and their data."""
         number = counted(sum(part.values.size for part in self.residuals), "value")
         fit = f"fit of {counted(len(self.keys), 'key')} to {number}"

@@ -36,7 +36,14 @@ from frictionsim.plots.style import (
     save,
 )
 from frictionsim.plots.sweep import draw_sweep
-from frictionsim.scenario.options import Options, as_list, as_path, by_name, text_of
+from frictionsim.scenario.options import (
+    ColumnsOption,
+    Options,
+    as_list,
+    as_path,
+    by_name,
+    text_of,
+)
 from frictionsim.sweeps.statistics import is_constant, is_defined, sound_values
 
 if TYPE_CHECKING:
@@ -148,6 +155,9 @@ class PlotOptions(Options):
     time: Annotated[float | None, BeforeValidator(_second)] = None
     window: Annotated[tuple[float | None, float | None], BeforeValidator(_window)] = WHOLE
     channels: Annotated[tuple[str, ...], BeforeValidator(_channels)] = ()
+    data: Any = None
+    measured: ColumnsOption = Field({})
+    units: Annotated[dict[str, str], BeforeValidator(by_name("NAME=UNIT", str))] = Field({})
     width: Length | None = None
     height: Length | None = None
     dpi: float | None = Field(None, ge=MIN_DPI, le=MAX_DPI)
@@ -170,6 +180,21 @@ class PlotOptions(Options):
         given["body"] = self.body
         return {name: value for name, value in given.items() if value not in (None, WHOLE, ())}
 
+    def shown_of(self, result: results.Result) -> dict[str, Any]:
+        """What is given of the options of a view, with measured values of channels of a result."""
+        if not self.measured:
+            if self.data is not None:
+                raise ArgumentError("measured", "missing; expected channels that the data are of")
+            return self.shown
+        from frictionsim.fits.data import FitOptions, measured
+
+        try:
+            source = FitOptions.of(data=self.data, channels=self.measured, units=self.units)
+            return self.shown | {"measured": measured(source, result.scenario).targets}
+        except ArgumentError as error:
+            name = "measured" if error.argument == "channels" else error.argument
+            raise ArgumentError(name, error.text) from None
+
     def drawn(self, draw: Callable[..., Any], figure: "Figure | SubFigure | None" = None) -> Any:
         """Return a figure that is drawn in this size and style, or the given one."""
         sizes = {name: getattr(self, name) for name in ("width", "height", "dpi")}
@@ -181,7 +206,8 @@ class PlotOptions(Options):
 
 SIZES = {"width", "height", "dpi", "title", "style"}
 APPLY = {
-    "the result of a run": SIZES | {"view", "body", "time", "window", "channels"},
+    "the result of a run": SIZES
+    | {"view", "body", "time", "window", "channels", "data", "measured", "units"},
     "several results": SIZES | {"view", "time", "window", "channels"},
     "a sweep": SIZES | {"view", "at"},
     "an animation": {"fps", "speed"},
@@ -314,14 +340,15 @@ def _save_views(
         place.check([_path_of(place.path, name) for name in known])
         drawings = {
             _path_of(place.path, name): partial(draw, result.record, name, **given)
-            for name, given in applicable(result.record, options.shown).items()
+            for name, given in applicable(result.record, options.shown_of(result)).items()
         }
         return _save(drawings, options, skips=True)
+    shown = options.shown_of(result)
     for view in views:
-        view_of(result.kind, view, options.shown)
+        view_of(result.kind, view, shown)
     return _save(
         {
-            path: partial(draw, result.record, view, **options.shown)
+            path: partial(draw, result.record, view, **shown)
             for path, view in zip(place.of(views), views or FIRST, strict=True)
         },
         options,
@@ -472,6 +499,9 @@ def plot(
     time: float | None = None,
     window: tuple[float | None, float | None] | None = None,
     channels: str | Sequence[str] | None = None,
+    data: "str | PathLike[str] | Mapping[str, Any] | None" = None,
+    measured: "str | Sequence[str] | Mapping[str, str | int] | None" = None,
+    units: Mapping[str, str] | None = None,
 ) -> "Figure":
     """Draw a view of a result or a picture of a sweep, as `frictionsim plot` does.
 
@@ -504,6 +534,13 @@ def plot(
         Start and end of a view over time; None is the start or end of the run.
     channels : str or sequence of str, optional
         Channels of a view over time instead of the defaults.
+    data : path or mapping of sequences, optional
+        A CSV file of measured or digitised values, or its columns by name. The times are in the
+        column `time`, or else in the first of a file.
+    measured : str, sequence of str, or mapping, optional
+        Channels of which the data are drawn as points, with their columns, as of `fit`.
+    units : mapping, optional
+        Units of the data by channel, if neither those of the headings nor of the channels.
 
     Returns
     -------
@@ -529,7 +566,8 @@ def plot(
     source = _one(sources[0])
     if isinstance(source, results.Result):
         options.check_for("the result of a run")
-        return options.drawn(partial(draw, source.record, view, **options.shown), figure)
+        shown = options.shown_of(source)
+        return options.drawn(partial(draw, source.record, view, **shown), figure)
     options.check_for("a sweep")
     return options.drawn(partial(draw_sweep, source, quantities_of(view), options.at), figure)
 

@@ -9,7 +9,7 @@ from frictionsim.api import result as results
 from frictionsim.api.result import result_or_sweep
 from frictionsim.api.result_names import files_of, names_of
 from frictionsim.api.studies import Study
-from frictionsim.api.sweep_result import Sweep
+from frictionsim.api.sweep_result import Sweep, sweep_parts
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.output_file import REPORT, check_free, check_output, write_file
 from frictionsim.io.sweep_table import SweepTable
@@ -82,7 +82,8 @@ def _sweep_html(sweep: Sweep) -> str:
     from frictionsim.reports.study import sweep_page
 
     with np.errstate(all="ignore"):  # of a file that holds extreme numbers: they are shown
-        return sweep_page(sweep.table, sweep.parts(), str(sweep.path or ""))
+        parts = sweep_parts(sweep.table, sweep.path)
+        return sweep_page(sweep.table, parts, str(sweep.path or ""))
 
 
 SUFFIXES = (".html", ".htm")

@@ -1,7 +1,7 @@
 """The result of a run, whether it was just solved or read from a file."""
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cached_property, partial
 from io import StringIO
 from os import PathLike
@@ -13,12 +13,10 @@ from frictionsim.display import set_line, short_text
 from frictionsim.document import Data, Document, Table, as_text
 from frictionsim.errors import (
     EXIT_DONE,
-    ArgumentError,
     AuditError,
     BudgetExceeded,
     InputError,
     failure_class,
-    unknown,
 )
 from frictionsim.results import (
     Check,
@@ -42,7 +40,6 @@ if TYPE_CHECKING:
     from frictionsim.costs.error_estimate import Estimate
     from frictionsim.scenario.origin import Origin
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.sweeps.sweep_csv import Writable
 
 LOG = logging.getLogger(__name__)
 # Of more events, the table shows the first ones and the last.
@@ -73,14 +70,6 @@ class Result(ResultBase):
     ) -> None:
         self.record, self.path, self._scenario = record, path, scenario
         self._estimate = estimate
-
-    @property
-    def checkpoint(self) -> dict[str, Any] | None:
-        """The state to resume a new result from.
-
-        `load_checkpoint` also reads the state in a file.
-        """
-        return self.record.checkpoint
 
     @property
     def _ending(self) -> Ending:
@@ -199,25 +188,6 @@ class Result(ResultBase):
         """Return the `scenario` in TOML, with its overrides."""
         return self.record.attributes[name].rstrip("\n")
 
-    def load_checkpoint(self) -> dict[str, Any]:
-        """Return the state to resume from; of a result from a file it is read and verified.
-
-        Raises
-        ------
-        InputError
-            If the run cannot be resumed.
-        """
-        if self.checkpoint is not None:
-            return dict(self.checkpoint)
-        if self.path is None or self._scenario is not None:
-            raise InputError(f"cannot resume this run: it has no checkpoint ({self.status})")
-        from frictionsim.io.result_reader import read_checkpoint
-
-        stored = read_checkpoint(self.path)
-        if stored.attributes != self.record.attributes:
-            raise InputError(f"{self.path}: it has changed since it was opened; open it again")
-        return stored.state
-
     @property
     def _writers(self) -> "Mapping[str, Callable[[Path], Path]]":
         from frictionsim.io.output_file import SUFFIXES
@@ -289,48 +259,6 @@ class Result(ResultBase):
             check_free(self._file_of(target) if kind is RESULT else target, kind)
         return super().save(target)
 
-    def write_csv(
-        self,
-        file: "Writable",
-        channels: Sequence[str] | None = None,
-        *,
-        start: float | None = None,
-        stop: float | None = None,
-    ) -> None:
-        """Write one line for each sample; the first line has the names with their units.
-
-        A channel with columns has one for each member of its axis:
-        ``pulley_speed.driver [rad/s]``. Numbers have as many digits as they need to be read back
-        exactly.
-
-        Parameters
-        ----------
-        file : text file
-        channels : sequence of str, optional
-            By default all; the time is the first column.
-        start, stop : float, optional, s
-            Only the samples between these times, both included.
-
-        Raises
-        ------
-        InputError
-            If the result has no channel of a name, or no sample between the times.
-        """
-        import numpy as np
-
-        known = self.record.channels
-        for name in channels or ():
-            if name not in known:
-                raise ArgumentError("channels", unknown("channel", name, list(known)))
-        time = self.record.time
-        first = 0 if start is None else int(np.searchsorted(time, start, "left"))
-        last = len(time) if stop is None else int(np.searchsorted(time, stop, "right"))
-        if first >= last and time.size and (start, stop) != (None, None):
-            ends = f"the samples are from {time[0]:.9g} s to {time[-1]:.9g} s"
-            raise InputError(f"no sample is between the times that are given; {ends}")
-        names = list(dict.fromkeys(("time", *(channels or known))))
-        _write_lines(self.record, names, slice(first, last), file)
-
     def save_csv(
         self,
         path: str | PathLike[str],
@@ -340,23 +268,48 @@ class Result(ResultBase):
         stop: float | None = None,
         no_clobber: bool = False,
     ) -> Path:
-        """Write the lines of `write_csv` to a file, whole or not at all; return its path."""
+        """Write one line for each sample; the first line has the names with their units.
+
+        A channel with columns has one for each member of its axis:
+        ``pulley_speed.driver [rad/s]``. Numbers have as many digits as they need to be read back
+        exactly.
+
+        Parameters
+        ----------
+        path : path
+            Written whole or not at all.
+        channels : sequence of str, optional
+            By default all; the time is the first column.
+        start, stop : float, optional, s
+            Only the samples between these times, both included.
+        no_clobber : bool
+            Do not replace an existing file.
+
+        Raises
+        ------
+        InputError
+            If the result has no channel of a name, or no sample between the times.
+        OutputError
+            If the file cannot be written.
+        """
         from frictionsim.io.output_file import CHANNELS_IN_CSV, check_free, write_file
+        from frictionsim.io.result_csv import write_lines
 
         target = as_path("path", path)
         if no_clobber:
             check_free(target, CHANNELS_IN_CSV)
         text = StringIO()
-        self.write_csv(text, channels, start=start, stop=stop)
+        write_lines(self.record, text, channels, start, stop)
         write_file(target, text.getvalue().encode("utf-8"), CHANNELS_IN_CSV)
         return target
 
     def _checkpoint_to_save(self) -> dict[str, Any] | None:
         resumable = self.status == "interrupted" or self.failure == BudgetExceeded.failure
-        if self.checkpoint is not None or self._scenario is not None or not resumable:
-            return self.checkpoint
+        state = self.record.checkpoint
+        if state is not None or self._scenario is not None or not resumable:
+            return state
         try:
-            return self.load_checkpoint()
+            return checkpoint_of(self)
         except InputError as error:
             LOG.warning("saved without the state to resume from: %s", error)
             return None
@@ -385,7 +338,7 @@ class Result(ResultBase):
         given: dict[str, Any] = {} if body is None else {"body": body}
         return drawn(partial(draw, self.record, view, **given), figure)
 
-    def parts(self) -> Document:
+    def _parts(self) -> Document:
         """Yield the lines and tables of the summary, and its data."""
         # Imported here because a comparison has no summary.
         from frictionsim.reports.run_tables import audit_table, digits_of, quantities_table
@@ -524,6 +477,27 @@ def file_to_resume(path: Path) -> tuple[Path, Result | None]:
     return file, content if isinstance(content, Result) else None
 
 
+def checkpoint_of(result: Result) -> dict[str, Any]:
+    """Return the state to resume from; of a result from a file it is read and verified.
+
+    Raises
+    ------
+    InputError
+        If the run cannot be resumed.
+    """
+    record, path = result.record, result.path
+    if record.checkpoint is not None:
+        return dict(record.checkpoint)
+    if path is None or result._scenario is not None:
+        raise InputError(f"cannot resume this run: it has no checkpoint ({result.status})")
+    from frictionsim.io.result_reader import read_checkpoint
+
+    stored = read_checkpoint(path)
+    if stored.attributes != record.attributes:
+        raise InputError(f"{path}: it has changed since it was opened; open it again")
+    return stored.state
+
+
 def _statistics(statistics: SolverStatistics) -> str:
     compiled, seconds = statistics.compile_seconds, statistics.wall_seconds
     compilation = f" after {short_text(compiled)} s of compilation" if compiled else ""
@@ -557,33 +531,6 @@ def _event_json(e: Transition) -> dict[str, Any]:
         "mode_to": e.mode_to,
     }
     return event if e.position is None else {**event, "angle": e.position}
-
-
-SAMPLES_AT_ONCE = 1024
-
-
-def _write_lines(record: Record, names: Sequence[str], window: slice, file: "Writable") -> None:
-    """Write the lines of `Result.write_csv`."""
-    import csv
-
-    headings: list[str] = []
-    for name in names:
-        axis = record.axes[name]
-        unit = f" [{record.units[name]}]"
-        members = [f".{member}" for member in record.members[axis]] if axis else [""]
-        headings += [f"{name}{member}{unit}" for member in members]
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(headings)
-    for start in range(window.start, window.stop, SAMPLES_AT_ONCE):
-        part = slice(start, min(start + SAMPLES_AT_ONCE, window.stop))
-        columns = (column for name in names for column in _columns(record.channels[name][part]))
-        writer.writerows(zip(*columns, strict=True))
-
-
-def _columns(values: Any) -> Iterator[list[Any]]:
-    """Yield the numbers of each column."""
-    for column in values.reshape(len(values), -1).T:
-        yield column.tolist()
 
 
 def side_by_side(results: Sequence[Result]) -> str:

@@ -50,7 +50,7 @@ class ResultBase(ABC):
         return self._ending.exit_code
 
     @abstractmethod
-    def parts(self) -> "Document":
+    def _parts(self) -> "Document":
         """Yield the lines and tables of the summary, and its data."""
 
     @abstractmethod
@@ -117,13 +117,13 @@ class ResultBase(ABC):
 
     def summary(self) -> str:
         """Return the summary as text."""
-        return as_text(self.parts())
+        return as_text(self._parts())
 
     def to_json(self) -> dict[str, Any]:
         """Return the summary as plain data, as the command line prints it with --json."""
-        return as_json(self.parts())
+        return as_json(self._parts())
 
     def _repr_html_(self) -> str:
         from frictionsim.reports.html import notebook
 
-        return notebook(self.parts())
+        return notebook(self._parts())

@@ -60,6 +60,16 @@ def statics_text(quantities: StaticQuantities, scenario: Scenario) -> str:
     return as_text([quantities_table([quantities], digits=[digits]), *quantities.notes])
 
 
+def warnings_before_run(scenario: Scenario) -> list[str]:
+    """Return the warnings of a scenario, with those that its equations give without a run."""
+    from frictionsim.simulation.standstill import foreseen
+
+    build = getattr(mechanism_module(scenario.kind), "build", None)
+    duration, warnings = scenario.solver.duration, scenario.warnings()
+    with overflow_refused():
+        return warnings if build is None else [*warnings, *foreseen(build(scenario), duration)]
+
+
 def with_overrides(source: Scenario | ScenarioSource, overrides: "Overrides | None") -> Scenario:
     """Return the scenario of a source, as for `solve`; its errors name the overrides."""
     if not isinstance(source, Scenario):

@@ -6,13 +6,13 @@ from contextlib import AbstractContextManager
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.api.result import Result, file_to_resume
+from frictionsim.api.result import Result, checkpoint_of, file_to_resume
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.errors import FrictionsimError, InputError, OutputError
+from frictionsim.scenario.arguments import as_number, as_path, check_progress, check_switches
 from frictionsim.scenario.loading import ScenarioSource
-from frictionsim.scenario.options import Count, WallTime, as_path, checked, function_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.monitor import (
     Monitors,
@@ -30,20 +30,17 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger(__name__)
 
-OnTime = Annotated[
-    bool | Callable[[float], Any], function_of("the time", otherwise="True, False or ")
-]
+OnTime = bool | Callable[[float], Any]
 
 
-@checked
 def solve(
     scenario: Scenario | ScenarioSource,
     overrides: "Overrides | None" = None,
     *,
     output: str | PathLike[str] | None = None,
     no_clobber: bool = False,
-    max_wall: WallTime = None,
-    max_steps: Count = None,
+    max_wall: float | None = None,
+    max_steps: int | None = None,
     estimate_error: bool = False,
     progress: OnTime = False,
     check: bool = False,
@@ -94,21 +91,22 @@ def solve(
     SolverError, AuditError
         Only with `check`.
     """
-    limits = _Limits(perf_counter(), max_wall, max_steps)
+    limits = _limits(max_wall, max_steps)
+    check_switches(no_clobber=no_clobber, estimate_error=estimate_error, check=check)
+    check_progress(progress, "the time")
     loaded = with_overrides(scenario, overrides)
     files = _files(output, None, no_clobber)
     result = _simulate(loaded, files, limits, progress, estimate_error=estimate_error)
     return result.check() if check else result
 
 
-@checked
 def resume(
     result: Result | str | PathLike[str],
     *,
     output: str | PathLike[str] | None = None,
     no_clobber: bool = False,
-    max_wall: WallTime = None,
-    max_steps: Count = None,
+    max_wall: float | None = None,
+    max_steps: int | None = None,
     progress: OnTime = False,
     check: bool = False,
 ) -> Result:
@@ -135,7 +133,9 @@ def resume(
     """
     from frictionsim.io.names import whole_name
 
-    limits = _Limits(perf_counter(), max_wall, max_steps)
+    limits = _limits(max_wall, max_steps)
+    check_switches(no_clobber=no_clobber, check=check)
+    check_progress(progress, "the time")
     incomplete: Result | None
     if isinstance(result, Result):
         incomplete = result
@@ -143,7 +143,7 @@ def resume(
         incomplete = file_to_resume(as_path("result", result))[1]
     if incomplete is None:
         raise InputError(f"{result}: this is a sweep; frictionsim.resume_sweep continues it")
-    state = incomplete.load_checkpoint()
+    state = checkpoint_of(incomplete)
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
         output = whole_name(path)
@@ -162,6 +162,14 @@ class _Limits(NamedTuple):
     since: float
     wall: float | None
     steps: int | None
+
+
+def _limits(max_wall: float | None, max_steps: int | None) -> _Limits:
+    wall, steps = (
+        as_number("max_wall", max_wall, "s"),
+        as_number("max_steps", max_steps, whole=True),
+    )
+    return _Limits(perf_counter(), wall, steps)
 
 
 def _files(

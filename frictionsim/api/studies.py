@@ -156,7 +156,7 @@ class Study(ResultBase):
 
         return cost_diagram(self.table, figure=figure)
 
-    def parts(self) -> Document:
+    def _parts(self) -> Document:
         """Yield the reference uncertainty, the table and the recommendations, and their data."""
         yield from study_parts(self.table)
         scenario = {"scenario": self.origin.source, "overrides": self.origin.values}

@@ -59,8 +59,6 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure, SubFigure
 
-    from frictionsim.sweeps.sweep_csv import Writable
-
 
 class Sweep(ResultBase):
     """The result of a sweep, made by `sweep`, `resume_sweep` and `open_sweep`.
@@ -121,15 +119,8 @@ class Sweep(ResultBase):
         """Return the varied `scenario`, or the `study`, in TOML."""
         return self.table.attributes[name].rstrip("\n")
 
-    def parts(self) -> Document:
-        """Yield the summary and its data: of a sample statistics, else extremes.
-
-        Raises
-        ------
-        InputError
-            If the study in the file is not valid.
-        """
-        return _parts(self.table, self.path)
+    def _parts(self) -> Document:
+        return sweep_parts(self.table, self.path)
 
     @property
     def _writers(self) -> "Mapping[str, Callable[[Path], Path]]":
@@ -154,12 +145,6 @@ class Sweep(ResultBase):
         target = as_path("path", path)
         write_csv(self.table, target)
         return target
-
-    def write_csv(self, file: "Writable") -> None:
-        """Write a line for each run."""
-        from frictionsim.sweeps.sweep_csv import write_lines
-
-        write_lines(self.table, file)
 
     def plot(
         self,
@@ -275,8 +260,11 @@ HEADINGS_OF_INDICES = (
 )
 
 
-def _parts(table: SweepTable, path: Path | None) -> Document:
-    """Yield the summary of a sweep and the path of its file; its text is made of its data."""
+def sweep_parts(table: SweepTable, path: Path | None) -> Document:
+    """Yield the summary of a sweep and the path of its file; its text is made of its data.
+
+    InputError is raised if the study in the file is not valid.
+    """
     attributes = table.attributes
     distributions, sampling = variation(table)
     failed, warnings = grouped(_reasons(table)), grouped(table.texts["warnings"])

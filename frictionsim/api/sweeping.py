@@ -9,9 +9,7 @@ from pathlib import Path
 from shutil import copytree
 from signal import SIGINT, Signals
 from tomllib import loads
-from typing import TYPE_CHECKING, Annotated, Any
-
-from pydantic import Field
+from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.api.sweep_result import Sweep, open_sweep
@@ -37,9 +35,15 @@ from frictionsim.io.result_reader import is_unfinished_sweep, opened
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.sweep_journal import SweepJournal, read_unfinished
 from frictionsim.io.sweep_table import FAILED, RunBlock, SweepHeader
+from frictionsim.scenario.arguments import (
+    as_number,
+    as_path,
+    check_progress,
+    check_switches,
+    text_of,
+)
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource, read_toml
-from frictionsim.scenario.options import Count, as_path, checked, function_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import keys_and_values, toml_tables
@@ -78,15 +82,10 @@ if TYPE_CHECKING:
 LOG = logging.getLogger(__name__)
 
 
-OnProgress = Annotated[
-    bool | Callable[[SweepProgress], Any],
-    function_of("a SweepProgress", otherwise="True, False or "),
-]
-Scheduler = Annotated[str | None, Field()]
+OnProgress = bool | Callable[[SweepProgress], Any]
 SERIES, STUDY = ".series", "study.toml"
 
 
-@checked
 def sweep(
     scenario: Scenario | ScenarioSource | SweepStudy,
     vary: Mapping[str, Any] | Iterable[str] | None = None,
@@ -100,8 +99,8 @@ def sweep(
     keep_series: bool = False,
     output: str | PathLike[str] | None = None,
     no_clobber: bool = False,
-    workers: Count = None,
-    dask: Scheduler = None,
+    workers: int | None = None,
+    dask: str | None = None,
     progress: OnProgress = False,
 ) -> Sweep:
     """Run a scenario for many combinations of values.
@@ -114,7 +113,8 @@ def sweep(
         Values by key: a list or array, or a text such as
         ``"lin(0.1, 0.4, 4)"``, ``"log(1, 100, 5)"``; with `sample` distributions, e.g.
         ``"uniform(0.1, 0.4)"``, ``"normal(2224, 50)"``. Several keys with commas between them
-        have one value. Without `zip` and `sample`, all combinations are run.
+        have one value; None, or "none", takes a key out. Without `zip` and `sample`, all
+        combinations are run.
     overrides : mapping or iterable of str, optional
         Overrides of all runs, as for `solve`.
     zip : bool
@@ -157,7 +157,7 @@ def sweep(
         If a worker was killed; with an output, what is done is kept for `resume_sweep`.
     """
     options = SweepOptions.among(locals())
-    _check_workers(workers, dask)
+    workers = _checked_workers(workers, dask, no_clobber, progress)
     study = study_from(scenario, overrides, options)
     varied, text, path = study.options, study_toml(study), None
     if output is not None:
@@ -169,19 +169,19 @@ def sweep(
         raise ArgumentError(
             "keep_series", "the results of runs are saved beside an output; give one"
         )
-    design = design_of(varied.vary, varied.zip, varied.sampling)
+    with study.placed():
+        design = design_of(varied.vary, varied.zip, varied.sampling)
     run = _SweepRun(study, design, header_of(study.scenario, design, text), path)
     return run.run(progress, workers, dask)
 
 
-@checked
 def resume_sweep(
     path: str | PathLike[str],
     *,
     output: str | PathLike[str] | None = None,
     no_clobber: bool = False,
-    workers: Count = None,
-    dask: Scheduler = None,
+    workers: int | None = None,
+    dask: str | None = None,
     progress: OnProgress = False,
 ) -> Sweep:
     """Resume an interrupted sweep; the file is bit-identical to that of an uninterrupted one.
@@ -208,7 +208,7 @@ def resume_sweep(
     OutputError
         If another process is running it, or the file cannot be written.
     """
-    _check_workers(workers, dask)
+    workers = _checked_workers(workers, dask, no_clobber, progress)
     file = resumable_name(as_path("path", path))
     if not is_unfinished_sweep(file):
         is_done = open_sweep(file).status == "done"
@@ -242,11 +242,20 @@ def resume_sweep(
         return run.run(progress, workers, dask)
 
 
-def _check_workers(workers: int | None, dask: str | None) -> None:
+def _checked_workers(
+    workers: int | None, dask: str | None, no_clobber: bool, progress: OnProgress
+) -> int | None:
+    """Return the number of processes; raise an error if one of the arguments is not valid."""
+    check_switches(no_clobber=no_clobber)
+    check_progress(progress, "a SweepProgress")
+    if dask is not None and not isinstance(dask, str):
+        raise ArgumentError("dask", f"expected the address of a scheduler, got {text_of(dask)}")
     if workers is not None and dask is not None:
         raise InputError(
             "workers and dask exclude each other: with dask the cluster has the workers"
         )
+    count: int | None = as_number("workers", workers, whole=True)
+    return count
 
 
 def _shown(progress: OnProgress) -> AbstractContextManager[Monitor[SweepProgress]]:
@@ -294,8 +303,8 @@ def _written_study(source: Scenario | ScenarioSource) -> SweepStudy | None:
     if isinstance(source, Scenario):
         return None
     path = scenario_file(as_path("scenario", source))
-    data = read_toml(path)
-    return study_of(data, path.parent, str(path)) if is_study(data) else None
+    text, data = read_toml(path)
+    return study_of(data, path.parent, str(path), text) if is_study(data) else None
 
 
 def _check_files(whole: Path, resumed: Path | None, no_clobber: bool, study: str) -> None:
@@ -398,11 +407,12 @@ class _SweepRun(RunMonitor):
             handled as self._stop,
         ):
             keys = self._design.keys
-            combinations = Combinations(self._study.scenario, keys, self._study.folder)
             remaining = remaining_runs(self._design.runs, self._blocks)
-            for count in check_combinations(combinations, self._design, remaining):
-                self._checked += count
-                self(0.0)
+            with self._study.placed():
+                combinations = Combinations(self._study.scenario, keys, self._study.folder)
+                for count in check_combinations(combinations, self._design, remaining):
+                    self._checked += count
+                    self(0.0)
             if isinstance(pool, ProcessPool):
                 self._compile(combinations)
             work = Work(combinations, self._series)

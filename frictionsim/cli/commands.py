@@ -4,19 +4,36 @@ Every command is a thin layer over `import frictionsim`: it reads options, calls
 prints. Heavy imports happen when a function is called, so that --help is fast.
 """
 
+from collections.abc import Sequence
 from contextlib import nullcontext, redirect_stdout
+from importlib import import_module
 from io import StringIO
+from typing import TYPE_CHECKING
 
-# These register their commands, in the order of the help.
-from frictionsim.cli import runs, studies, files  # isort: skip
-
-from frictionsim.cli.options import app as app
+from frictionsim.cli.options import app_with
 from frictionsim.cli.printing import ending_of, print_error, print_text
 from frictionsim.errors import EXIT_BAD_INPUT, EXIT_DEFECT, EXIT_DONE
 
-__all__ = ["app", "files", "run_command_line", "runs", "studies"]
+if TYPE_CHECKING:
+    import typer
 
+# The commands of each module, in the order of the help.
+MODULES = {
+    "runs": ("solve", "resume", "check", "static"),
+    "studies": ("cost", "fit", "sweep"),
+    "files": ("show", "compare", "plot", "report", "new", "schema", "warm-up"),
+}
 HELP = {"-h", "--help", "--show-completion"}
+
+
+def app_for(arguments: Sequence[str] = ()) -> "typer.Typer":
+    """Return the application with the command that is called; with all if none is named."""
+    called = next((argument for argument in arguments if argument != "--debug"), "")
+    modules = [module for module, commands in MODULES.items() if called in commands]
+    for module in modules or MODULES:
+        import_module(f"frictionsim.cli.{module}")
+    every = (command for commands in MODULES.values() for command in commands)
+    return app_with([called] if modules else every)
 
 
 def run_command_line(arguments: list[str]) -> int:
@@ -32,6 +49,7 @@ def run_command_line(arguments: list[str]) -> int:
     printed = redirect_stdout(helped) if HELP.intersection(arguments) else nullcontext()
     try:
         with printed:
+            app = app_for(arguments)
             code = app(arguments, standalone_mode=False, prog_name="frictionsim")
         if helped.getvalue():
             print_text(helped.getvalue().removesuffix("\n"))

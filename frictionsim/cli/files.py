@@ -37,7 +37,8 @@ def show(
 ) -> None:
     """Print the summary of a result or sweep again.
 
-    RESULT                Result or sweep in HDF5; several results are shown side by side.
+    RESULT                Result or sweep in HDF5; several results are shown side by side, and
+                          their JSON is a list.
     --csv                 Print the channels, or the runs of a sweep, as CSV.
     -o, --output FILE     Write the CSV to this file. [prints it]
     --channels NAME,NAME  Choose the channels of the CSV. [all]
@@ -56,8 +57,11 @@ def show(
         if not as_csv:
             raise ArgumentError(name, "it applies to --csv")
     if len(result) > 1:
+        if as_json:
+            print_json([result_or_sweep(path).to_json() for path in result])
+            return
         if forms:
-            raise InputError("show: several results have no --json, --csv, --scenario or --study")
+            raise InputError("show: several results have no --csv, --scenario or --study")
         results = list(map(fs.open, result))
         print_text(side_by_side(results))
         for one in results:
@@ -91,9 +95,15 @@ def _print_csv(content: "fs.Result | Sweep", output: Path | None, chosen: dict[s
     if output is not None:
         print_text(str(content.save_csv(output, **chosen)))
         return
+    from frictionsim.io.result_csv import write_lines as write_samples
+    from frictionsim.sweeps.sweep_csv import write_lines as write_runs
+
     stdout = Stdout()
     with suppress(ReaderGone):
-        content.write_csv(stdout, **chosen)
+        if isinstance(content, fs.Result):
+            write_samples(content.record, stdout, **chosen)
+        else:
+            write_runs(content.table, stdout)
         stdout.flush()
 
 
@@ -132,6 +142,14 @@ def compare(
     return EXIT_DONE if comparison.same else EXIT_DIFFERENT
 
 
+PLOT_OPTIONS = {
+    "window": "from and --to",
+    "title": "no-title",
+    "measured": "channel",
+    "units": "unit",
+}
+
+
 @command
 def plot(
     result: list[Path],
@@ -143,6 +161,9 @@ def plot(
     start: float | None = None,
     stop: float | None = None,
     channels: str | None = None,
+    data: Path | None = None,
+    measured: list[str] | None = None,
+    units: list[str] | None = None,
     width: str | None = None,
     height: str | None = None,
     dpi: float | None = None,
@@ -166,6 +187,10 @@ def plot(
     --from SECONDS        Begin the time window here. [start of the run]
     --to SECONDS          End the time window here. [end of the run]
     --channels NAME,NAME  Draw these channels over time. [default of the kind]
+    --data FILE           Read measured or digitised values from this CSV.
+    --channel NAME[=COLUMN]  Draw this channel, with these values as points. May be repeated.
+    --unit NAME=UNIT      Take the data of a channel in this unit: deg/s, rpm. May be repeated.
+                          [that of the heading, or of the channel]
     --width LENGTH        Set the width of the picture, in mm, cm, in or pt: 84mm. [that of the
                           view]
     --height LENGTH       Set the height of the picture, in these units. [that of the view]
@@ -177,7 +202,9 @@ def plot(
     --no-title            Leave out the title.
     """
     log_on_stderr(0)
-    with named_by_option({"window": "from and --to", "title": "no-title"}):
+    with named_by_option(
+        {"window": "from and --to", "title": "no-title", "measured": "channel", "units": "unit"}
+    ):
         from frictionsim.api.pictures import PlotOptions, SavedPictures, save_pictures
 
         options = PlotOptions.among(locals(), window=(start, stop), title=not no_title)

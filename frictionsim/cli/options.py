@@ -1,8 +1,8 @@
-"""The application, how commands are declared, options of several commands, and their files."""
+"""The application, how its commands are declared, options of several commands, and their files."""
 
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from inspect import cleandoc, signature
 from os import sep
@@ -32,15 +32,8 @@ STDIN = "-"
 RESULTS = Path("results")  # the folder of results by default
 Command = TypeVar("Command", bound=Callable[..., int | None])
 
-app = typer.Typer(
-    name="frictionsim",
-    help="Simulate mechanisms governed by dry friction.",
-    epilog="Exit codes: 0 done, 1 solver failed or files differ, 2 bad input, 3 audit failed,"
-    " 4 result not written, 5 step or time limit reached, 129/130/143 interrupted.",
-    context_settings={"help_option_names": ["-h", "--help"]},
-    rich_markup_mode=None,  # halves the start-up time of --help
-    pretty_exceptions_enable=False,
-)
+# The commands of the modules that are imported, by name, each with its help.
+COMMANDS: dict[str, tuple[Callable[..., int | None], str]] = {}
 
 # In a docstring: the names of an option and its placeholder, two blanks, the help.
 ROW = re.compile(r"^(\S+(?: \S+)*)  +(.*(?:\n .*)*)", re.MULTILINE)
@@ -68,7 +61,7 @@ class _Command(TyperCommand):
 
 
 def command(function: Command) -> Command:
-    """Register a command, whose docstring has a row for each parameter, in their order.
+    """Add to COMMANDS a command, whose docstring has a row for each parameter, in their order.
 
     Parameters of several commands, as `Quiet`, bring names and help along.
     """
@@ -87,7 +80,7 @@ def command(function: Command) -> Command:
             declared: Any = typer.Option if flags else typer.Argument
             info = declared(*flags, metavar=metavar, help=words, show_default=False)
             function.__annotations__[name] = Annotated[kind, info]
-    app.command(help=text, cls=_Command)(function)
+    COMMANDS[function.__name__.replace("_", "-")] = function, text
     return function
 
 
@@ -145,8 +138,25 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback(invoke_without_command=True)
-def program(
+def app_with(commands: Iterable[str]) -> typer.Typer:
+    """Return the application with some commands: to make all takes longer than to run one."""
+    app = typer.Typer(
+        name="frictionsim",
+        help="Simulate mechanisms governed by dry friction.",
+        epilog="Exit codes: 0 done, 1 solver failed or files differ, 2 bad input, 3 audit failed,"
+        " 4 result not written, 5 step or time limit reached, 129/130/143 interrupted.",
+        context_settings={"help_option_names": ["-h", "--help"]},
+        rich_markup_mode=None,  # halves the start-up time of --help
+        pretty_exceptions_enable=False,
+    )
+    app.callback(invoke_without_command=True)(_program)
+    for name in commands:
+        function, text = COMMANDS[name]
+        app.command(name, help=text, cls=_Command)(function)
+    return app
+
+
+def _program(
     context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_show_version, help="Print the version.")

@@ -51,6 +51,7 @@ def print_end(result: "Result", whole: "Path | None") -> None:
 
     `whole` is the file of the complete run; None for a result that is shown again.
     """
+    from frictionsim.api.result import checkpoint_of
     from frictionsim.scenario.methods import METHODS
 
     place = result.path
@@ -67,7 +68,7 @@ def print_end(result: "Result", whole: "Path | None") -> None:
         print_error(f"samples up to this time are in {place}, status '{result.status}'{unchanged}")
     backend = result.record.attributes["backend"]
     with suppress(InputError):
-        if result.load_checkpoint():
+        if checkpoint_of(result):
             print_error(f"'frictionsim resume {place}' continues the run")
             return
     method = METHODS.get(backend)
@@ -190,20 +191,20 @@ def _defect(error: BaseException) -> str:
 
 
 def _plugin_of(error: BaseException) -> tuple[str, str]:
-    """Return the installed package whose call failed, and file and line; empty if it was ours."""
+    """Return the installed package of a kind in which an error arose, and file and line there.
+
+    Empty without one. Code of ours, or of a library, that the package called may have raised it.
+    """
     from importlib.metadata import entry_points
 
     from frictionsim.scenario.kinds import GROUP
 
     points = {_top(point.value): point for point in entry_points(group=GROUP)}
-    frames = [
-        (_top(frame.f_globals.get("__name__", "")), f"{frame.f_code.co_filename}:{line}")
-        for frame, line in walk_tb(error.__traceback__)
-    ]
-    calling = (frame for frame in reversed(frames) if frame[0] == PACKAGE or frame[0] in points)
-    top, place = next(calling, ("", ""))
-    point = points.get(top)
-    return ("", "") if point is None else (point.dist.name if point.dist else point.value, place)
+    for frame, line in reversed(list(walk_tb(error.__traceback__))):
+        if point := points.get(_top(frame.f_globals.get("__name__", ""))):
+            name = point.dist.name if point.dist else point.value
+            return name, f"{frame.f_code.co_filename}:{line}"
+    return "", ""
 
 
 def _top(module: str) -> str:

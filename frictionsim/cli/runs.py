@@ -128,7 +128,7 @@ def resume(
     RESULT             Result or sweep that is not done.
     -o, --output FILE  Write the result to this file. [replaces RESULT]
     """
-    from frictionsim.api.result import file_to_resume
+    from frictionsim.api.result import checkpoint_of, file_to_resume
     from frictionsim.io.names import whole_name
 
     log_on_stderr(verbose, quiet)
@@ -142,7 +142,7 @@ def resume(
         sweep = partial(fs.resume_sweep, file, workers=workers, dask=dask, **files)
         return run_sweep(sweep, str(result), None, as_json, quiet)
     _check_absent(f"it applies to a sweep, and {result} is a run", workers=workers, dask=dask)
-    incomplete.load_checkpoint()  # raises first if the run cannot be resumed
+    checkpoint_of(incomplete)  # raises first if the run cannot be resumed
     runs = _Runs(as_json, quiet)
     run = partial(fs.resume, incomplete, max_wall=max_wall, max_steps=max_steps, **files)
     runs.add(run, incomplete.scenario, str(result), output or whole_name(file))
@@ -212,6 +212,8 @@ def check(scenarios: list[str], overrides: OverridesOption = None, as_json: AsJs
 
     SCENARIO  Scenarios in TOML, names of shipped ones, or folders; - reads the standard input.
     """
+    from frictionsim.api.scenarios import warnings_before_run
+
     check_read_once(scenarios)
     code, reports = EXIT_DONE, []
     for source in scenarios_in(scenarios):
@@ -224,7 +226,7 @@ def check(scenarios: list[str], overrides: OverridesOption = None, as_json: AsJs
             data |= {"ok": False, "faults": error.faults}
             code = error.exit_code
         else:
-            warnings, effects = loaded.warnings(), loaded.effect_names
+            warnings, effects = warnings_before_run(loaded), loaded.effect_names
             if not as_json:
                 named = ", ".join(effects) or "none"
                 print_text(f"{source}: ok; effects {named}; backend {loaded.solver.backend}")

@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from frictionsim.errors import ArgumentError, InputError, unknown
+from frictionsim.scenario.arguments import ColumnKey
 from frictionsim.scenario.csv_columns import (
-    ColumnKey,
     CsvColumn,
     NoSuchColumn,
     read_columns,

@@ -208,10 +208,13 @@ def _resume_obstacle(path: Path, attributes: dict[str, str], has_checkpoint: boo
 
 
 @contextmanager
-def opened(path: Path, what: str = "result") -> Iterator[ResultFile]:
+def opened(
+    path: Path, what: str = "result", *, only_attributes: bool = False
+) -> Iterator[ResultFile]:
     """Return the context of a checked HDF5 file; what goes wrong within becomes an InputError.
 
-    A file of at most `WHOLE` bytes is read into memory first.
+    A file of at most `WHOLE` bytes is read into memory first. The objects of one of which only the
+    attributes are read need no check.
     """
     reason = ""
     try:
@@ -229,7 +232,8 @@ def opened(path: Path, what: str = "result") -> Iterator[ResultFile]:
                 raise InputError(f"{path}: cannot read this {what}: {problem}")
             # Without locks: files are replaced as a whole, and some systems do not grant one.
             with ResultFile(source if image else path, "r", locking=False) as file:
-                file.check(image, MAX_RATIO * size)
+                if not only_attributes:
+                    file.check(image, MAX_RATIO * size)
                 yield file
         return
     except InputError:

@@ -43,6 +43,9 @@ OVERHEAD = 2**20  # bytes of a result beside its arrays
 WITHOUT_COORDINATES = "This is a netCDF dimension but not a netCDF variable."  # of netCDF-4
 TEXT = h5py.string_dtype()
 TEXT_TYPE, SCALAR = h5py.h5t.py_create(TEXT, logical=True), h5py.h5s.create(h5py.h5s.SCALAR)
+NAMES, PLAIN = map(h5py.h5p.create, (h5py.h5p.LINK_CREATE, h5py.h5p.DATASET_CREATE))
+NAMES.set_char_encoding(h5py.h5t.CSET_UTF8)
+PLAIN.set_obj_track_times(False)  # the file does not depend on the time at which it is written
 OK: "Flags" = ((0, "failed"), (1, "ok"))
 
 
@@ -139,8 +142,7 @@ def _fill(file: Any, record: Record, state: dict[str, Any] | None = None) -> Non
         if name != "time":
             axis = record.axes[name]
             along = (time, scales[axis]) if axis else (time,)
-            storage = _storage(values) if state is None else {}
-            dataset = file.create_dataset(name, data=values, **storage)
+            dataset = _new(file, name, values, **(_storage(values) if state is None else {}))
             flags = record.flags.get(name, ())
             channel = Channel(record.units[name], record.long_names[name], flags=flags)
             describe(dataset, channel, *along)
@@ -211,7 +213,7 @@ def _add_checkpoint(file: Any, state: dict[str, Any]) -> None:
     scales = {length: _add_length(group, length) for length in sorted(lengths)}
     # In the order of reading, so that a copy has the same bytes.
     for name, values in sorted(state.items()):
-        dataset = group.create_dataset(name, data=values)
+        dataset = _new(group, name, values)
         _attach(dataset, [scales[length] for length in dataset.shape])
     _set_text(group, "digest", state_digest(dict(file.attrs), state))
 
@@ -244,9 +246,22 @@ def _add_names(group: Any, name: str, names: Any, long_name: str) -> Any:
 
 
 def _add(group: Any, name: str, values: Any, channel: Channel, *scales: Any) -> Any:
-    dataset = group.create_dataset(name, data=values, **_storage(values))
+    dataset = _new(group, name, values, **_storage(values))
     describe(dataset, channel, *scales)
     return dataset
+
+
+def _new(group: Any, name: str, values: Any, **storage: Any) -> Any:
+    """Create a dataset; without options in a third of the time of h5py's `create_dataset`."""
+    if storage:
+        return group.create_dataset(name, data=values, **storage)
+    values = np.asarray(values, order="C")
+    space = h5py.h5s.create_simple(values.shape) if values.ndim else SCALAR
+    stored = h5py.h5t.py_create(values.dtype, logical=True)
+    made = h5py.h5d.create(group.id, name.encode(), stored, space, PLAIN, NAMES)
+    if values.size:
+        made.write(h5py.h5s.ALL, h5py.h5s.ALL, values)
+    return h5py.Dataset(made)
 
 
 def describe(dataset: Any, channel: Channel, *scales: Any) -> None:

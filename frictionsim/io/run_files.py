@@ -45,7 +45,7 @@ class RunFiles:
         self._resumed = resumed
         # Whether the unfinished result is of this run, and can be resumed.
         self._is_own = self._is_resumable = is_same_file(resumed, self.partial)
-        self._before: dict[str, str] = {}
+        self._before = ""  # the scenario of the result that will be replaced
 
     def check(self, no_clobber: bool = False) -> None:
         """Check before the run that results can be written.
@@ -56,7 +56,7 @@ class RunFiles:
         for path in (self.whole, self.partial):
             check_output(path, RESULT)
         warn_of_name(self.whole)
-        self._before = _attributes_in(self.whole)
+        self._before = _scenario_in(self.whole)
         if not self._is_own and os.path.lexists(self.partial):
             way = f"; 'frictionsim resume {self.partial}' would continue it"
             LOG.warning(
@@ -76,7 +76,8 @@ class RunFiles:
             LOG.info("result written: %s", self.whole)
             self._note_other_values(run)
             remove_unfinished(self.partial, RESULT)
-            remove_parts_of_ended_processes(self._resumed or self.partial)
+            if self._resumed is not None:
+                remove_parts_of_ended_processes(self._resumed)
             return self.whole
         nothing = run.time.size <= 1 and not run.transitions
         if nothing and self.partial.exists() and not self._is_own:
@@ -88,9 +89,9 @@ class RunFiles:
 
     def _note_other_values(self, run: "Record") -> None:
         """Say that the result which was replaced is one of other values."""
-        if "scenario" not in self._before:
+        if self._before in ("", run.attributes["scenario"]):
             return
-        before = run._replace(attributes=self._before)
+        before = run._replace(attributes={"scenario": self._before})
         with suppress(InputError):  # the earlier file may hold anything
             if texts := _changes(differing_keys([before, run])):
                 LOG.warning(
@@ -135,13 +136,13 @@ class RunFiles:
         )
 
 
-def _attributes_in(path: Path) -> dict[str, str]:
-    """Return the attributes of a result that will be replaced; none of one that tells nothing."""
+def _scenario_in(path: Path) -> str:
+    """Return the scenario of a result that will be replaced; empty of one that tells nothing."""
     with suppress(InputError):
         if path.is_file():
-            with opened(path) as file:
-                return {name: str(value) for name, value in file.attrs.items()}
-    return {}
+            with opened(path, only_attributes=True) as file:
+                return str(file.attrs["scenario"])
+    return ""
 
 
 def _has_checkpoint(path: Path) -> bool:

@@ -48,13 +48,19 @@ class ShaftFriction(FrictionLaw):
     """Dry friction of a journal on a fixed shaft.
 
     Sticking holds while |M| <= r_s R; sliding gives a torque r_k R against the motion, with
-    the friction radii r_s, r_k of `mu_s`, `mu_k` and the reaction R of the shaft. The speed of a
-    `mu_k` over speed is shaft_radius |w|.
+    the friction radii r_s, r_k of `mu_s`, `mu_k` and the reaction R of the shaft, or a constant
+    normal load in its place. The speed of a `mu_k` over speed is shaft_radius |w|.
     """
 
     shaft_radius: float = unit_field("m", "Radius of the shaft, where the journal slides.", gt=0)
     mu_s: float = unit_field("1", "Static coefficient of friction, not below mu_k.", ge=0)
     mu_k: KineticCoefficient = unit_field("1", "Kinetic coefficient of friction.")
+    normal_load: float | None = unit_field(
+        "N",
+        "Normal load of the friction, whatever forces act; the reaction of the shaft if left out.",
+        None,
+        ge=0,
+    )
 
     @model_validator(mode="after")
     def _kinetic_not_above_static(self) -> Self:
@@ -77,6 +83,10 @@ class ShaftFriction(FrictionLaw):
         radius = self.shaft_radius
         return over_speed(self.mu_k, self.mu_s).of(radius, lambda mu: friction_radius(radius, mu))
 
+    def load_of(self, reaction: Any) -> Any:
+        """Return the load of the friction, N: the reaction, or the constant normal load."""
+        return reaction if self.normal_load is None else self.normal_load
+
 
 def journal_friction(
     effect: ShaftFriction | None,
@@ -95,6 +105,8 @@ def journal_friction(
     if effect is None:
         return None
     r_s, r_k, radius = effect.static_radius, effect.kinetic_radius, effect.radius_over_speed
+    if (load := effect.normal_load) is not None:
+        reaction = lambda u, q: load  # noqa: E731
     friction = Friction(
         CONTACT_NAME,
         static=lambda u, q: r_s * reaction(u, q),

@@ -1,7 +1,8 @@
 """What mechanisms of one coordinate share: the base of their scenarios, channels, warnings."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from math import ceil, floor, radians
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from frictionsim.results import (
@@ -22,6 +23,7 @@ from frictionsim.solvers.system import MARGINS, OneCoordinate
 if TYPE_CHECKING:
     from frictionsim.results import Quantities
     from frictionsim.simulation.base import Simulation
+    from frictionsim.simulation.mechanism import Derived
 
 # The modes of one coordinate; the others are of belts.
 SINGLE_DOF_MODES: Flags = tuple(flag for flag in MODES if flag[0] in (BACKWARD, STICK, FORWARD))
@@ -75,9 +77,10 @@ def one_coordinate(
     quantities: "Callable[[Samples], Quantities]",
     *,
     run_warnings: Callable[[Samples], list[str]] = lambda samples: [],
-    is_turned: Callable[[Samples], bool] | None = None,
+    torques: Callable[[float], Iterable[float]] | None = None,
     tolerance_share: float = 1.0,
     prescribed: bool = False,
+    derived: "Mapping[str, Derived]" = MappingProxyType({}),
 ) -> Mechanism:
     """Return a mechanism of one coordinate for the simulation.
 
@@ -87,15 +90,17 @@ def one_coordinate(
     system : OneCoordinate
     quantities, run_warnings : callable
         Of the samples: the quantities of the summary and the warnings that are specific to the
-        mechanism. Warnings about a body that nothing moves, or that moves too little for
-        `solver.atol`, are there without them.
-    is_turned : callable or None
-        Of the samples of a body at rest on which the torques sum up to zero: whether there are any.
-        Without it: whether the drive ever acts.
+        mechanism. A warning about a body that moves too little for `solver.atol` is there
+        without them.
+    torques : callable or None
+        Of a time, s: the torques on the body at rest at the start, one by one, N m. Without it
+        those of the terms, of which the drive's may then be no sum of several.
     tolerance_share : float
         See `Mechanism`.
     prescribed : bool
         The drive is the velocity, rad/s, and its torque the channel `drive_torque`, N m.
+    derived : mapping of name to Derived
+        See `Mechanism`; of a journal with friction `journal_channels`.
 
     Returns
     -------
@@ -113,13 +118,14 @@ def one_coordinate(
         return float(np.max(np.abs(torque), initial=0.0)) + system.kinetic(system.start[1])
 
     def warnings(samples: Samples) -> list[str]:
-        from frictionsim.simulation.run_warnings import nothing_moved, tiny_motion
+        from frictionsim.simulation.run_warnings import tiny_motion
 
-        return [
-            *([] if prescribed else nothing_moved(system, samples, is_turned)),
-            *tiny_motion(samples["angle"], samples["angular_velocity"], atol),
-            *run_warnings(samples),
-        ]
+        tiny = tiny_motion(samples["angle"], samples["angular_velocity"], atol)
+        return [*tiny, *run_warnings(samples)]
+
+    def torques_of_terms(t: float) -> list[float]:
+        u = system.acting(t, system.start[0], 0.0)
+        return [torque(u, system.start[0], 0.0) for torque in system.torques]
 
     return Mechanism(
         system=system,
@@ -134,6 +140,8 @@ def one_coordinate(
         law="" if friction is None else SET_VALUED if prescribed else friction.law,
         tolerance_share=tolerance_share,
         prescribed=prescribed,
+        torques=torques or torques_of_terms,
+        derived=derived,
     )
 
 

@@ -88,13 +88,13 @@ def arc_of(path: Path, number: int) -> tuple[float, float]:
 
 
 def patch_members(result: "Record") -> "npt.NDArray[np.bool_] | None":
-    """Return a flag of each body in the patch with another friction, (n,); None without a patch.
+    """Return a flag of each body in a patch with another friction, (n,); None without a patch.
 
-    A patch lies by the unstretched length of the belt, here from the first sample.
+    Patches lie by the unstretched length of the belt, here from the first sample.
     """
     if "patch" not in scenario_of(result).get("effects", {}):
         return None
-    start, end = (float(scenario_value(result, "effects", "patch", k)) for k in ("from", "to"))
+    given = scenario_value(result, "effects", "patch")
     x, y = (np.asarray(result.channels[axis][0]) for axis in "xy")
     length = np.hypot(x - np.roll(x, 1), y - np.roll(y, 1))
     belt = scenario_value(result, "mechanism", "belt")
@@ -102,4 +102,7 @@ def patch_members(result: "Record") -> "npt.NDArray[np.bool_] | None":
         strain = np.asarray(result.channels["tension"][0]) / float(belt["axial_rigidity"])
         length = length / (1.0 + strain)
     places = (np.arange(len(x)) + 0.5) * float(length.mean())
-    return np.asarray((places >= start) & (places < end))
+    inside = np.zeros(len(x), dtype=bool)
+    for patch in given if isinstance(given, list) else [given]:
+        inside |= (places >= patch["from"]) & (places < patch["to"])
+    return inside

@@ -15,19 +15,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.display import CONTACT_WORDS, MODE_WORDS
-from frictionsim.mechanisms.effects import ShaftFriction
-from frictionsim.motion.parts import Arrow, Body, Detail, Line, Motion, Part, Readout
+from frictionsim.motion.parts import Arrow, Body, Line, Motion, Part, Readout
 from frictionsim.motion.samples import Samples
 from frictionsim.motion.shapes import (
     arc,
     block,
     bounds_of,
-    enlarged_circles,
-    kinetic_radius,
+    journal_of,
     points_of,
     reaction,
     scale_of,
-    shaft_bodies,
     torque_arc,
     vectors,
     wheel,
@@ -45,7 +42,6 @@ HIGHEST, BLOCK = 1.6, 0.9  # of what hangs on the cord, below the axis; its side
 ARROW, ARC = 2.0, 0.62  # length of the largest force; radius of the arc of the drive
 SPACING = 2.0 * pi / 12.0  # of marks on the cord, as of ticks at the rim
 DRAWN_SHAFT = 0.06  # of a shaft whose friction is not simulated
-WINDOW = 2.5  # of the static friction circle: half the side of what is shown larger
 ROUNDOFF = 1e-9  # of a gap
 CAR, COUNTERWEIGHT = 1, 2  # bits of the channel `slack`
 TAUT_OR_SLACK = {0: MODE_WORDS[TAUT], 1: MODE_WORDS[SLACK]}
@@ -67,7 +63,7 @@ def motion(record: "Record", sample: int | None = None, reduction: float = 1.0) 
     with_masses = "hanging_masses" in effects
     draw = _lift if with_masses else _hoist
     (lines, loads, forces, more), smaller = draw(at, radius, reduction)
-    journal, details = _shaft(at, radius)
+    journal, details = journal_of(at, DRAWN_SHAFT * radius)
     wheels = [Body("pulley", wheel(radius, hub=0.0), at.still, at.still, at["angle"]), *journal]
     scale = scale_of(forces, ARROW * radius)
     parts = (*lines, *wheels, *loads, *forces)
@@ -190,13 +186,3 @@ def _start_angle(record: "Record") -> float:
 def _gap(difference: "Array", radius: float) -> "Array":
     """Return the excess length of a slack rope, m; 0 for the roundoff of a taut one."""
     return np.where(difference > ROUNDOFF * radius, difference, 0.0)
-
-
-def _shaft(at: Samples, radius: float) -> tuple[list[Part], tuple[Detail, ...]]:
-    """Return the shaft, true to scale if its friction is simulated, and its enlarged circles."""
-    if "shaft_friction" not in scenario_of(at.record).get("effects", {}):
-        return shaft_bodies(DRAWN_SHAFT * radius, at.still), ()
-    journal = ShaftFriction.model_validate(scenario_value(at.record, "effects", "shaft_friction"))
-    size, static = journal.shaft_radius, journal.static_radius
-    bodies = shaft_bodies(size, at.still, static, kinetic_radius(journal, at))
-    return bodies, enlarged_circles(min(1.1 * size, WINDOW * static))

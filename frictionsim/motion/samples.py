@@ -8,6 +8,8 @@ import numpy as np
 from frictionsim.display import CONTACT_WORDS
 from frictionsim.errors import InputError
 from frictionsim.motion.parts import Readout
+from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array, Integers
@@ -17,6 +19,16 @@ MAX_FRAMES = 601  # more make a file large, and a second has 30 to 60 of them
 MAX_EVENTS = 300  # whose samples are frames besides; a motion with more chatters
 MAX_SHOWN = 1e100  # a larger number overflows a scale
 REFUSED = "cannot show this result in motion"
+
+
+def scenario_in(record: "Record") -> Any:
+    """Return the scenario of a result."""
+    try:
+        return validate(scenario_of(record), None)
+    except ValidationFailure as failure:
+        raise InputError(
+            f"cannot draw this result: the scenario in it is not valid: {failure}"
+        ) from None
 
 
 class Samples:

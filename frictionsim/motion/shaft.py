@@ -9,11 +9,10 @@ friction circle while the body slips, and stays within the static one while it s
 """
 
 from math import acos, atan2, ceil, hypot, inf, pi, radians
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from frictionsim.errors import InputError
 from frictionsim.mechanisms.shaft.free_body import (
     AppliedForce,
     FreeBody,
@@ -31,7 +30,7 @@ from frictionsim.motion.parts import (
     Part,
     Readout,
 )
-from frictionsim.motion.samples import Samples
+from frictionsim.motion.samples import Samples, scenario_in
 from frictionsim.motion.shapes import (
     arc,
     bounds_of,
@@ -45,8 +44,6 @@ from frictionsim.motion.shapes import (
     vectors,
     wheel,
 )
-from frictionsim.scenario.loading import ValidationFailure, validate
-from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.shaft.schema import ShaftScenario
@@ -135,17 +132,6 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
         (*at.contact(), *at.readouts(READOUTS), *sizes),
         enlarged_circles(_circle_window(scenario)),
     )
-
-
-def scenario_in(record: "Record") -> "ShaftScenario":
-    """Return the scenario of a result."""
-    try:
-        scenario: Any = validate(scenario_of(record), None)
-    except ValidationFailure as failure:
-        raise InputError(
-            f"cannot draw this result: the scenario in it is not valid: {failure}"
-        ) from None
-    return scenario
 
 
 # The body.

@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from frictionsim.mechanisms.effects import ShaftFriction
 from frictionsim.motion.parts import Arrow, Body, Detail, Disc, Line, Outline, Part
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.effects import ShaftFriction
     from frictionsim.motion.parts import Array, Bounds, Role
     from frictionsim.motion.samples import Samples
 
@@ -35,8 +36,9 @@ def torque_arc(
     radius: float,
     largest: float | None = None,
     role: "Role" = "force",
-) -> list[Part]:
-    """Return a couple about the origin: an arc with a head; nothing if it is zero throughout.
+    about: Any = 0.0,
+) -> list[Line]:
+    """Return a couple as an arc with a head; nothing if it is zero throughout.
 
     It begins below the axis and goes the way the couple turns: to the right where it is positive.
 
@@ -47,6 +49,8 @@ def torque_arc(
         Of the arc.
     largest : float, N m, optional
         The couple of the longest arc; by default the largest of this one.
+    about : (frames, 1, 2), m, optional
+        The middle of the arc; by default the origin.
     """
     own = float(np.abs(torque).max(initial=0.0))
     if own == 0.0:
@@ -60,7 +64,7 @@ def torque_arc(
     wide = 0.5 * np.abs(head)[:, None]
     barbs = ((1.0 + wide) * back, bow[:, -1], (1.0 - wide) * back)
     points = np.concatenate([bow, np.stack(barbs, axis=1)], axis=1)
-    return [Line(name, points, role, unit="N m", size=torque)]
+    return [Line(name, points + about, role, unit="N m", size=torque)]
 
 
 def reaction_foot(across: "Array", up: "Array", torque: "Array", vanishes: Any = False) -> Any:
@@ -95,7 +99,7 @@ def scale_of(forces: Iterable[Part], length: float) -> float:
     return length / largest if largest > 0.0 else 0.0
 
 
-def kinetic_radius(journal: "ShaftFriction", at: "Samples") -> "float | Array":
+def kinetic_radius(journal: ShaftFriction, at: "Samples") -> "float | Array":
     """Return r_k, m, that of each instant if it is over the speed; 0 if that is not recorded."""
     radius = journal.radius_over_speed
     if not radius.varies or "angular_velocity" not in at:
@@ -127,6 +131,22 @@ def enlarged_circles(half: float) -> tuple[Detail, ...]:
     if half <= 0.0:
         return ()
     return (Detail("friction circles of the shaft, enlarged", (-half, half, -half, half)),)
+
+
+WINDOW = 2.5  # of the static friction circle: half the side of what is shown larger
+
+
+def journal_of(at: "Samples", drawn: float) -> tuple[list[Part], tuple[Detail, ...]]:
+    """Return the shaft, true to scale if its friction is simulated, and its enlarged circles.
+
+    `drawn` is the radius, m, of a shaft without friction.
+    """
+    if "shaft_friction" not in scenario_of(at.record).get("effects", {}):
+        return shaft_bodies(drawn, at.still), ()
+    journal = ShaftFriction.model_validate(scenario_value(at.record, "effects", "shaft_friction"))
+    size, static = journal.shaft_radius, journal.static_radius
+    bodies = shaft_bodies(size, at.still, static, kinetic_radius(journal, at))
+    return bodies, enlarged_circles(min(1.1 * size, WINDOW * static))
 
 
 SPOKES, TICKS = 5, 12  # an odd number: a turn by half of 360 degrees is seen

@@ -15,6 +15,7 @@ import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.plots import belt, kinds
+from frictionsim.plots.friction import friction
 from frictionsim.plots.kinds import OVER_TIME, View
 from frictionsim.plots.mechanism import draw_mechanism
 from frictionsim.plots.over_time import (
@@ -41,24 +42,30 @@ Views = Mapping[str, View]
 
 
 MECHANISM = View(draw_mechanism, ("time",))
+FRICTION = View(friction, ("window",))
 VIEWS: Mapping[str, Views] = {
     "pulley": {
         "response": RESPONSE,
+        "friction": FRICTION,
         "traction": View(kinds.traction, ("window",), effect="cord_friction"),
         "mechanism": MECHANISM,
     },
     "marble_machine": {
         "response": RESPONSE,
+        "friction": FRICTION,
         "torque": View(kinds.torque_of_machine, ("window",)),
         "mechanism": MECHANISM,
     },
     "epicyclic": {
         "response": RESPONSE,
+        "friction": FRICTION,
         "torque": View(kinds.torque_of_gear, ("window",)),
         "path": View(kinds.path, ("time",)),
+        "mechanism": MECHANISM,
     },
     "shaft": {
         "response": RESPONSE,
+        "friction": FRICTION,
         "friction_circle": MECHANISM,
     },
     "belt_drive": {
@@ -66,6 +73,8 @@ VIEWS: Mapping[str, Views] = {
         "drive": View(belt.drive, ("time",)),
         "tension": View(belt.tension, ("time",)),
         BODY: View(belt.body, ("window", "body")),
+        "friction": View(belt.friction, effect="belt_friction"),
+        "wear": View(belt.wear, ("time",), effect="wear"),
     },
 }
 
@@ -88,7 +97,7 @@ def view_of(kind: str, name: str | None, given: Mapping[str, Any]) -> View:
     Parameters
     ----------
     given : mapping
-        Those of time, window, channels and body that are wanted.
+        Those of time, window, channels, measured and body that are wanted.
     """
     views = views_of(kind)
     name = name or next(iter(views))
@@ -104,6 +113,7 @@ REFUSALS = {
     "time": "shows no single instant",
     "window": "does not go over time",
     "channels": "draws channels of its own",
+    "measured": "draws channels of its own",
     "body": "shows no single body",
 }
 
@@ -150,7 +160,8 @@ def draw(
     view : str, optional
         One of `views_of` the kind; the default is the first.
     given
-        time, s, of an instant; window, s, and channels of a view over time; body of a belt.
+        time, s, of an instant; window, s, channels, and measured values of some of them, of a view
+        over time; body of a belt.
     """
     chosen = view_of(record.attributes["kind"], view, given)
     if not record.channels["time"].size:
@@ -158,6 +169,9 @@ def draw(
     check_numbers(record)
     if "time" in given:
         given["sample"] = sample_at(record, given.pop("time"))
+    if measured := given.get("measured", ()):
+        names = [*given.get("channels", ()), *(one.name.partition(".")[0] for one in measured)]
+        given["channels"] = tuple(dict.fromkeys(names))
     figure = new_figure() if figure is None else figure
     chosen.draw(record, figure, **given)
     return figure

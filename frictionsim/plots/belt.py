@@ -10,6 +10,9 @@ from matplotlib.patches import Patch
 
 from frictionsim.display import ARC_SHADES, BLACK, FAINT, VERMILION, picture_text
 from frictionsim.errors import InputError
+from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies, zones_of
+from frictionsim.mechanisms.belt_drive.equilibrium import at_rest
+from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
     senses_of,
@@ -33,17 +36,24 @@ from frictionsim.plots.style import (
 )
 from frictionsim.scenario.toml_data import scenario_of
 from frictionsim.simulation.averages import last_part, last_seconds, time_mean
+from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve, rising_part
 
 if TYPE_CHECKING:
     import numpy.typing as npt
     from matplotlib.figure import Figure, SubFigure
 
+    from frictionsim.fits.data import Target
     from frictionsim.plots.over_time import Window
     from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
 
 WHOLE = (None, None)
+
+
+def scenario_run_of(record: "Record") -> BeltDriveScenario:
+    """Return the scenario of a result."""
+    return BeltDriveScenario.model_validate(scenario_of(record))
 
 
 def has_friction(record: "Record") -> bool:
@@ -64,10 +74,12 @@ def speeds(
     figure: "Figure | SubFigure",
     channels: Sequence[str] = (),
     window: "Window" = WHOLE,
+    measured: Sequence["Target"] = (),
 ) -> None:
     """Draw speeds and torques of the pulleys and the slip over time, or other channels."""
     if channels:
-        _, handles = over_time([record], panels_of(record, channels), figure, window=window)
+        panels = panels_of(record, channels)
+        _, handles = over_time([record], panels, figure, window=window, measured=measured)
         add_legend(figure, handles)
         return
     names = ("pulley_speed", "pulley_torque")
@@ -264,7 +276,7 @@ def _joints(record: "Record", sample: int) -> "Array":
     return 0.5 * (bodies + np.roll(bodies, 1, axis=0))
 
 
-def runs_of(values: "Array") -> list[tuple[int, int, int]]:
+def runs_of(values: Any) -> list[tuple[int, int, int]]:
     """Return each run of equal values: the value, its first index, and its last one plus one."""
     ends = [0, *(np.flatnonzero(np.diff(values)) + 1), len(values)]
     return [(int(values[a]), int(a), int(b)) for a, b in pairwise(ends)]
@@ -417,6 +429,124 @@ def default_body(touched: "Array") -> int:
     number = int(start + (ahead[0] if ahead.size else 0) // 2) % touched.shape[1]
     longest = np.sum(touched >= 0, axis=0)
     return number if longest[number] or not longest.any() else int(np.argmax(longest))
+
+
+# Friction over slip.
+
+MAX_POINTS = 10_000  # of a cloud
+FINE = 400  # points of a curve
+SLOWEST = 1e-6  # m/s, to which the axis reaches at least
+LINEAR_UP_TO = 2.0  # transition speeds: slip is drawn by its logarithm beyond, if it is much faster
+MUCH = 20.0
+
+
+def friction(record: "Record", figure: "Figure | SubFigure") -> None:
+    """Draw friction over normal force against the slip velocity, of all bodies on pulleys.
+
+    In the samples that the means of the summary are over. Behind them stands mu(v) of the law, by
+    each pair of coefficients: a vertical of set-valued friction, the smoothed curve [1]_ eq 12, or
+    that of the creep law [1]_ eq 13 with its share of the creep, (1 - beta) mu_1.
+
+    References
+    ----------
+    .. [1] K. Kubas, "A two-dimensional discrete model for dynamic analysis of belt transmission
+       with dry friction", Archive of Mechanical Engineering 61(4), 2014, figs 5 and 6.
+    """
+    names = ("friction_force", "normal_force", "slip_velocity", "pulley_index")
+    require_channels(record, "friction", names)
+    late = averaged_part(record)
+    force, normal, slip, index = (np.asarray(record.channels[name])[late] for name in names)
+    set_height(figure, 4.5)
+    set_title(figure, title_of(record))
+    ax = figure.subplots()
+    ax.grid(visible=True)
+    handles: dict[str, Any] = {}
+    for j, pulley in enumerate(pulleys_of(record)):
+        on = np.flatnonzero((index == j) & (normal > 0.0))
+        few = on[:: -(-on.size // MAX_POINTS)] if on.size else on
+        ratio = force.ravel()[few] / normal.ravel()[few]
+        look: Look = {"color": line_look(j)["color"], "linestyle": "", "markersize": 2.5}
+        (handles[f"bodies on {pulley.name}"],) = ax.plot(
+            slip.ravel()[few], ratio, marker="o", mew=0.0, zorder=3, rasterized=True, **look
+        )
+    handles |= _draw_law(ax, record, float(np.max(np.abs(slip[index >= 0]), initial=SLOWEST)))
+    ax.axhline(0.0, color=BLACK, linewidth=0.5)
+    ax.set_ylabel("friction over normal force, 1")
+    words = "slip velocity of the rim against the belt"
+    ax.set_xlabel(axis_label(words, "m/s", letters_across(figure)))
+    add_legend(figure, handles)
+
+
+def _draw_law(ax: Any, record: "Record", fastest: float) -> dict[str, Any]:
+    """Draw mu(v) of each pair of coefficients up to a slip velocity, m/s."""
+    effects, handles = scenario_run_of(record).effects, dict[str, Any]()
+    law = effects.belt_friction
+    assert law is not None  # there are channels of friction
+    assert record.statistics is not None
+    speed = law.transition_speed
+    tables = (law, *law.pulleys.values(), *effects.patches)
+    end = 1.1 * max(fastest, KINETIC_FROM * (speed or 0.0))
+    slip = np.append(np.linspace(0.0, KINETIC_FROM, FINE) * (speed or 0.0), end)
+    if speed is not None and fastest > MUCH * speed:
+        ax.set_xscale("symlog", linthresh=LINEAR_UP_TO * speed)
+    for number, (mu_s, mu_k) in enumerate(dict.fromkeys((of.mu_s, of.mu_k) for of in tables)):
+        if speed is None:
+            slip, mu = np.array([0.0, 0.0, 0.0, end]), np.array([0.0, mu_s, mu_k, mu_k])
+        else:
+            mu = np.array([friction_curve(v / speed, mu_s, mu_k) for v in slip])
+        if speed is not None and law.maximum_creep is not None:
+            time = law.elementary_time or record.time[-1] / max(record.statistics.steps, 1)
+            creep = np.array([rising_part(v * time / law.maximum_creep) for v in slip])
+            share = mu_s * creep * [1.0 - rising_part(v / speed) for v in slip]
+            look: Look = {"color": VERMILION, "linestyle": ":"}
+            (handles["share of the creep, (1 - β) μ1"],) = ax.plot(*_odd(slip, share), **look)
+            mu += share
+        look = line_look(number) | {"color": BLACK}
+        words = f"law, μs = {picture_text(mu_s)}, μk = {picture_text(mu_k)}"
+        (handles[words],) = ax.plot(*_odd(slip, mu), **look)
+    return handles
+
+
+def _odd(slip: "Array", mu: "Array") -> tuple["Array", "Array"]:
+    """Return a curve with its image on the other side of the origin."""
+    return np.append(-slip[::-1], slip), np.append(-mu[::-1], mu)
+
+
+# The work of friction.
+
+
+def wear(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> None:
+    """Draw the friction work of each body over its place on the belt, patches shaded, until then.
+
+    And its mean over the belt outside of patches and over those of each name, as in the summary.
+    """
+    require_channels(record, "wear", ("friction_work",))
+    scenario = scenario_run_of(record)
+    length = at_rest(scenario).body_length
+    work = np.asarray(record.channels["friction_work"][sample]) / length
+    edges = length * np.arange(len(work) + 1)
+    set_height(figure, 4.0)
+    set_title(figure, title_of(record))
+    ax = figure.subplots()
+    ax.grid(visible=True)
+    ax.margins(x=0.0)
+    at = f"until {picture_text(record.time[sample])} s"
+    handles: dict[str, Any] = {at: ax.stairs(work, edges, color=BLACK, baseline=None, zorder=3)}
+    for value, first, end in runs_of(patch_of_bodies(scenario, length)):
+        if value >= 0:
+            ax.axvspan(edges[first], edges[end], color=ARC_SHADES[0], linewidth=0)
+            handles["patch"] = Patch(color=ARC_SHADES[0])
+    for number, (name, inside) in enumerate(zones_of(scenario, length).items()):
+        mean = float(work[inside].mean()) if inside.any() else np.nan
+        for _, first, end in (run for run in runs_of(inside) if run[0]):
+            (line,) = ax.plot(edges[[first, end]], [mean] * 2, **line_look(number + 1))
+            handles[f"mean of {name}, {picture_text(mean)} J/m"] = line
+    if np.min(work) > 0.0 and np.max(work) > MUCH * np.min(work):
+        ax.set_yscale("log")
+    ax.set_ylabel(axis_label("friction work per metre of belt", "J/m"))
+    words = "distance along the unstretched belt, from the first pulley at the start"
+    ax.set_xlabel(axis_label(words, "m", letters_across(figure)))
+    add_legend(figure, handles)
 
 
 # The drive.

@@ -11,17 +11,19 @@ from frictionsim.display import (
     BLACK,
     CORD_SLIPS_SHADE,
     CORD_STICKS_SHADE,
+    EDGE,
     GREY,
-    VERMILION,
+    ROLES,
     picture_text,
     with_minus,
 )
 from frictionsim.errors import InputError, counted
 from frictionsim.mechanisms.effects import friction_radius
-from frictionsim.mechanisms.epicyclic.tracer_point import TracerPath, TracerPoint
+from frictionsim.mechanisms.epicyclic.equation import path_of
 from frictionsim.mechanisms.pulley.schema import CordFriction, limiting_ratio
-from frictionsim.motion import motion_of
-from frictionsim.motion.parts import Line
+from frictionsim.motion.parts import Body, Detail, Line
+from frictionsim.motion.samples import scenario_in
+from frictionsim.motion.shapes import bounds_around
 from frictionsim.plots.mechanism import draw_still, motion_at
 from frictionsim.plots.over_time import event_look, over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
@@ -41,6 +43,8 @@ from frictionsim.simulation.record import sticking_phases, with_jumps
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
+    from frictionsim.fits.data import Target
+    from frictionsim.motion.parts import Part, Role
     from frictionsim.plots.over_time import Window
     from frictionsim.results import Record
 
@@ -55,8 +59,8 @@ class View(NamedTuple):
     draw : callable
         `draw(record, figure, **options)` draws a result into an empty figure or subfigure.
     options : tuple of str
-        Those of "time", "window", "channels" and "body" that it takes; `time` as `sample`, the
-        number of a sample.
+        Those of "time", "window", "channels", "measured" and "body" that it takes; `time` as
+        `sample`, the number of a sample.
     overlaid : tuple of str or None
         The channels in which several results are drawn over each other, () for those of the kind;
         None for a view in which they are not.
@@ -70,7 +74,7 @@ class View(NamedTuple):
     effect: str = ""
 
 
-OVER_TIME = ("window", "channels")
+OVER_TIME = ("window", "channels", "measured")
 
 
 def response(
@@ -78,6 +82,7 @@ def response(
     figure: "Figure | SubFigure",
     channels: Sequence[str] = (),
     window: "Window" = WHOLE,
+    measured: Sequence["Target"] = (),
 ) -> None:
     """Draw the channels of the kind over time, or others, with the limits of static friction."""
     if not channels and "hanging_masses" in scenario_of(record).get("effects", {}):
@@ -85,7 +90,8 @@ def response(
         return
     panels = panels_of(record, channels)
     limits = _limits(record, panels)
-    _, handles = over_time([record], panels, figure, limits=limits, window=window)
+    look: Look = {"limits": limits, "window": window, "measured": measured}
+    _, handles = over_time([record], panels, figure, **look)
     add_legend(figure, handles)
 
 
@@ -106,13 +112,17 @@ def _limits(record: "Record", panels: Mapping[str, Mapping[str, str]]) -> dict[s
                 if value is not None and abs(value) <= highest:
                     words = f"to {way}: {with_minus(f'{value:.1f}')} {record.units[name]}"
                     limits.setdefault(label, {})[words] = value
+        journal = scenario_of(record).get("effects", {}).get("shaft_friction", {})
+        if not {"shaft_radius", "mu_s"} <= journal.keys():
+            continue
+        radius = friction_radius(float(journal["shaft_radius"]), float(journal["mu_s"]))
         if name == "friction_torque" and "shaft_reaction" in record.channels:
-            journal = scenario_of(record).get("effects", {}).get("shaft_friction", {})
-            if {"shaft_radius", "mu_s"} <= journal.keys():
-                radius = friction_radius(float(journal["shaft_radius"]), float(journal["mu_s"]))
-                limit = radius * np.asarray(record.channels["shaft_reaction"])
-                both = np.column_stack([limit, -limit])
-                limits[label] = {"limit of static friction": (record.time, both)}
+            load = journal.get("normal_load", np.asarray(record.channels["shaft_reaction"]))
+            limit = radius * load + np.zeros(len(record.time))
+            both = np.column_stack([limit, -limit])
+            limits[label] = {"limit of static friction": (record.time, both)}
+        if name == "lever_arm" and "normal_load" not in journal:
+            limits[label] = {f"static friction radius: {picture_text(radius)} m": radius}
     return limits
 
 
@@ -373,44 +383,56 @@ def _range(channels: Any) -> tuple[float, float]:
 
 
 CUSP: Look = {"marker": "D", "mfc": "white", "mec": BLACK, "markersize": 5, "linestyle": ""}
-DWELL: Look = {"color": VERMILION, "linewidth": 4.0, "alpha": 0.7, "solid_capstyle": "butt"}
 SAME = 1e-9  # of the length of the crank: cusps of several turns that lie in one place
 MAX_CUSPS = 100_000  # more would cover the path and take minutes
+TRACER, DOT = "tracer point", {"marker": "o", "color": ROLES["path"], "mec": EDGE, "linestyle": ""}
+FINE, WIDER = 201, 0.2  # points of a dwell; margin around it where it is enlarged
 
 
 def path(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> None:
     """Draw the path of the tracer point of the whole run, with sun, planet and crank at a sample.
 
-    Its cusps are marked, and where the point dwells longest, as the summary counts both.
+    Its cusps are marked, and where the point dwells longest, as the summary counts both; enlarged,
+    with the swing of a point beyond the rim.
     """
     if not {"tracer_x", "tracer_y"} <= record.channels.keys():
         raise InputError(
             "cannot draw the view 'path': this result has no channel tracer_x, tracer_y; add"
             " effects.tracer_point to the scenario (see output.channels)"
         )
-    whole, motion = motion_of(record), motion_at(record, sample)
-    assert whole is not None  # gears have a drawing
-    lines = {part.name: part for part in whole.parts if isinstance(part, Line)}
-    parts = tuple(lines.get(part.name, part) for part in motion.parts)
-    motion = motion._replace(parts=parts, bounds=whole.bounds)
-    ax, handles = draw_still(record, figure, motion)
-    point = TracerPoint.model_validate(scenario_value(record, "effects", "tracer_point"))
-    sun, planet = (
-        float(scenario_value(record, "mechanism", f"{part}_radius")) for part in ("sun", "planet")
-    )
-    traced = TracerPath(sun, planet, point)
+    motion, traced = motion_at(record, sample), path_of(scenario_in(record))
     channels = record.channels
+    # Without forces and couples, which the view `mechanism` has; the path is in front of bodies.
+    bodies = [part for part in motion.parts if isinstance(part, Body) and part.name != TRACER]
+    lines = [part for part in motion.parts if isinstance(part, Line) and part.size is None]
+    parts: list[Part] = [*bodies, *lines]
+    motion = motion._replace(scale=0.0)
+    if {"angle", "angular_velocity"} <= channels.keys():
+        names = ("time", "angle", "angular_velocity")
+        dwell = traced.longest_dwell(tuple(channels[name] for name in names))
+        if dwell is not None:
+            swing, back = traced.swing() or (0.0, 0.0)
+            marks: dict[str, tuple[float, Role]] = {
+                f"longest dwell, {picture_text(dwell.time)} s": (dwell.half, "cord")
+            }
+            points: list[Any] = []
+            if swing:
+                marks[f"swing, {picture_text(swing)} m"] = (back, "marked")
+            # The longer one first, which the other is in front of.
+            for words, (half, role) in sorted(marks.items(), key=lambda mark: -mark[1][0]):
+                turned = dwell.angle + np.linspace(-half, half, FINE)
+                points.append(np.stack(traced.position(turned), axis=-1))
+                parts.append(Line(words, points[-1][None], role))
+            seen = np.concatenate(points)
+            around = bounds_around(seen, WIDER * float(np.ptp(seen, axis=0).max()))
+            motion = motion._replace(details=(Detail("the dwell, enlarged", around),))
+    ax, handles = draw_still(record, figure, motion._replace(parts=tuple(parts)))
+    place = channels["tracer_x"][sample], channels["tracer_y"][sample]
+    (handles[TRACER],) = ax.plot(*place, zorder=5, **DOT)  # in what is enlarged it would hide all
     if "angle" in channels:
         first, count = traced.cusps(channels["angle"]) or (0.0, 0.0)
         if 0.0 < count <= MAX_CUSPS:
             xy = np.column_stack(traced.position(traced.angle_of(first + np.arange(count))))
             _, once = np.unique(np.round(xy / (SAME * traced.length)), axis=0, return_index=True)
             (handles[counted(int(count), "cusp")],) = ax.plot(*xy[once].T, zorder=5, **CUSP)
-    if {"angle", "angular_velocity"} <= channels.keys():
-        names = ("time", "angle", "angular_velocity")
-        dwell = traced.longest_dwell(tuple(channels[name] for name in names))
-        if dwell is not None:
-            turned = np.linspace(dwell.angle - dwell.half, dwell.angle + dwell.half, 200)
-            words = f"longest dwell, {picture_text(dwell.time)} s"
-            (handles[words],) = ax.plot(*traced.position(turned), zorder=4, **DWELL)
     add_legend(figure, handles, columns=3)

@@ -5,7 +5,7 @@ The whole stands above its enlarged parts. The key has each force with its size 
 
 import shutil
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from math import ceil, inf
 from pathlib import Path
 from subprocess import CalledProcessError
@@ -114,7 +114,7 @@ class Mechanism:
         patch = None if line.patch is None else add(LineCollection([], **PATCH))
         wide = CORD if line.value is None else BELT
         edge = None if line.value is None else add(LineCollection([], colors=EDGE, lw=wide + 1.2))
-        body = add(LineCollection([], linewidths=wide, capstyle="round"))
+        body = add(LineCollection([], linewidths=wide, capstyle="round", snap=False))
         if line.value is None:
             body.set_color(colour)
         else:
@@ -367,12 +367,15 @@ def draw_still(
 
 
 def motion_at(record: "Record", sample: int) -> "Motion":
-    """Return the motion of a single sample."""
-    number = sample % len(record.time)
-    motion = motion_of(record, number)
+    """Return the motion of a single sample, whose arrows are on the scale of the run."""
+    of_run = None
+    with suppress(InputError):  # other samples may have numbers that cannot be drawn
+        of_run = motion_of(record)
+    reduction = of_run.reduction if of_run else 1.0
+    motion = motion_of(record, sample % len(record.time), reduction)
     if motion is None:
         raise InputError("cannot draw this result: there is no drawing of its kind")
-    return motion
+    return motion._replace(bounds=of_run.bounds, scale=of_run.scale) if of_run else motion
 
 
 # Animations.
@@ -486,7 +489,9 @@ class GifWriter:
             ax.draw(self._canvas.get_renderer())
         image = Image.fromarray(np.asarray(self._canvas.buffer_rgba())).convert("RGB")
         octree = Image.Quantize.FASTOCTREE  # ten times faster than the default
-        self._images.append(image.quantize(method=octree, dither=Image.Dither.NONE))
+        # One palette, of the first frame, whose key has all colours: what stands still stays equal.
+        first = self._images[0] if self._images else None
+        self._images.append(image.quantize(method=octree, palette=first, dither=Image.Dither.NONE))
 
 
 def _writer(kind: str, fps: float, drawing: Drawing) -> Any:

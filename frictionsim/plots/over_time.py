@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from frictionsim.display import GREY, STICK_SHADE, event_colour, event_dashes, picture_text
+from frictionsim.display import BLACK, GREY, STICK_SHADE, event_colour, event_dashes, picture_text
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.plots.style import (
     LIMIT,
@@ -33,6 +33,7 @@ from frictionsim.simulation.record import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
+    from frictionsim.fits.data import Target
     from frictionsim.results import Record
 
     Panels = Mapping[str, Mapping[str, str]]
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
 PANEL_HEIGHT, FRAME = 1.7, 0.8  # inches, of a panel, and of title and axis
 MAX_PANELS = 16
 MAX_MARKS = 60  # events; marks of more would hide the channels
+POINTS: Look = {"color": BLACK, "linestyle": "", "marker": "o", "markerfacecolor": "none"}
+FULL_SIZE_POINTS = 60  # more are drawn smaller
 ROW = 0.07  # of the height of a panel, of a row of marks above it, for each of several results
 
 
@@ -61,6 +64,7 @@ def over_time(
     window: "Window" = (None, None),
     events: bool = True,
     notes: Sequence[str] = (),
+    measured: Sequence["Target"] = (),
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Draw panels of channels over time; return their Axes by label, and the legend by words.
 
@@ -80,6 +84,8 @@ def over_time(
         Whether sticking and events of a single result are marked.
     notes : sequence of str
         For the title.
+    measured : sequence of Target
+        Measured values of channels or members of them, which are drawn as points.
     """
     one, several = records[0], len(records) > 1
     for record in records:
@@ -110,6 +116,7 @@ def over_time(
             look = LIMIT | {"linestyle": (0, (3, 2) if "hold" not in words else (1, 1))}
             is_line = isinstance(limit, tuple)
             handles[words] = ax.plot(*limit, **look)[0] if is_line else ax.axhline(limit, **look)
+        handles |= _draw_points(ax, [of for of in measured if of.name.split(".")[0] in channels])
         if (first := next(iter(channels))) in one.flags:
             ticks = [(value, words.replace("_", " ")) for value, words in one.flags[first]]
             ax.set_yticks(*map(list, zip(*ticks, strict=True)))
@@ -139,6 +146,16 @@ def _lines(record: "Record", channels: Mapping[str, str], known: dict[str, int])
             member = str(record.members[axis][i])
             if words in ("", member):
                 yield member, line_look(i) | width, (times, column)
+
+
+def _draw_points(ax: Any, measured: Sequence["Target"]) -> dict[str, Any]:
+    """Draw measured values; return handles by their words."""
+    handles: dict[str, Any] = {}
+    for target in measured:
+        words = f"{target.name.rpartition('.')[2].replace('_', ' ')}, measured"
+        size = 4.0 if len(target.times) <= FULL_SIZE_POINTS else 2.0
+        (handles[words],) = ax.plot(target.times, target.values, **POINTS, markersize=size)
+    return handles
 
 
 def _width(place: int) -> Look:

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from frictionsim.errors import InputError, unknown
+from frictionsim.scenario.arguments import ColumnKey
 from frictionsim.scenario.units import bare, factor, fits, heading, is_unit
 
-ColumnKey = str | int  # the name of a column, or its number from 1
 MAX_SIZE = 16 * 1024 * 1024  # characters, a million points of a log
 MAX_TEXT, MAX_NAMES = 60, 20  # characters of a cell in a message, and names of columns
 MAX_HEAD = 1000  # lines in which a header is searched for

@@ -1,17 +1,25 @@
 """Loading of scenarios: from TOML or a dict, and overrides, to a validated model."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from os import PathLike
 from os.path import isdir
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from frictionsim.errors import InputError, ScenarioError, near_files
 from frictionsim.results import HDF5_SIGNATURE
+from frictionsim.scenario.arguments import toml_text
 from frictionsim.scenario.kinds import kind_names, mechanism_module
 from frictionsim.scenario.model_fields import unknown_key
 from frictionsim.scenario.origin import Origin, origin_of
-from frictionsim.scenario.overrides import REMOVED_TEXT, Overrides, apply_overrides
+from frictionsim.scenario.overrides import (
+    REMOVED_TEXT,
+    Overrides,
+    Place,
+    apply_overrides,
+    by_argument,
+)
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.shipped import near_shipped, scenario_file
 from frictionsim.scenario.toml_data import (
@@ -28,7 +36,6 @@ from frictionsim.scenario.validation import (
     MAX_KEY_LENGTH,
     ValidationFailure,
     key_text,
-    toml_text,
     validate_model,
 )
 
@@ -72,7 +79,10 @@ def load(
         If an argument is of another type.
     """
     if isinstance(source, Mapping):
-        return load_tables(source, Path(folder), overrides, backend)
+        data = plain(source)
+        lines = dict.fromkeys(tables_and_keys(data), 0)
+        place = SourcePlace("scenario", lambda: lines, start=0)
+        return validated(data, place, Origin(), Path(folder), overrides, backend)
     if not isinstance(source, str | PathLike):
         raise InputError(
             "expected a scenario: its path, a dict of its tables or a Scenario, got"
@@ -81,23 +91,16 @@ def load(
     path = scenario_file(source)
     if "\n" in str(path):
         raise InputError("load: load() expects a path; use loads() for TOML text")
-    return _of_text(_read(path), str(path), path.parent, overrides, backend)
+    return load_file(path, overrides, backend)
 
 
-def load_tables(
-    source: Mapping[str, Any],
-    folder: Path | None,
-    overrides: Overrides | None = None,
-    backend: str | None = None,
+def load_file(
+    path: Path, overrides: Overrides | None, backend: str | None = None, by: Place = by_argument
 ) -> Scenario:
-    """Validate the tables of a scenario.
-
-    `folder` is that of the file names in it; None for tables out of a file that anyone may have
-    made, which must not name other files.
-    """
-    data = plain(source)
-    lines = dict.fromkeys(tables_and_keys(data), 0)
-    return _validated(data, "", lines, folder, overrides, backend)
+    """Read and validate a scenario file; `by` is what stands before an override in a message."""
+    text, data = read_toml(path)
+    place = SourcePlace(str(path), partial(key_lines, text))
+    return validated(data, place, Origin(str(path)), path.parent, overrides, backend, by)
 
 
 def loads(
@@ -126,12 +129,14 @@ def loads(
     """
     if not isinstance(text, str):
         raise InputError(f"loads: expected a scenario as TOML text, got {type(text).__name__}")
-    return _of_text(text, name, Path(), overrides, backend)
+    place = SourcePlace(name, partial(key_lines, text))
+    return validated(_parse(name, text), place, Origin(name), Path(), overrides, backend)
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Return the tables of a TOML file, which need not be a scenario."""
-    return _parse(str(path), _read(path))
+def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
+    """Return the text and the tables of a TOML file, which need not be a scenario."""
+    text = _read(path)
+    return text, _parse(str(path), text)
 
 
 def scenario_from_result(path: Path, attributes: Mapping[str, str]) -> Scenario:
@@ -175,39 +180,54 @@ def _no_kind(data: dict[str, Any]) -> str:
     return f"expected one of {kinds}, got {toml_text(data['kind'])}"
 
 
-def _of_text(
-    text: str, name: str, folder: Path, overrides: Overrides | None, backend: str | None
-) -> Scenario:
-    return _validated(_parse(name, text), name, text, folder, overrides, backend)
+class SourcePlace(NamedTuple):
+    """Where the keys of a scenario stand, for messages.
+
+    Attributes
+    ----------
+    name : str
+        Of the file.
+    lines : callable
+        Returns the line of each key; 0 of tables that are in no file.
+    above : str
+        What stands before each key, of the tables in another file: `study.scenario.`.
+    start : int
+        The line of what is not there.
+    """
+
+    name: str
+    lines: Callable[[], dict[KeyPath, int]]
+    above: str = ""
+    start: int = 1
+
+    def before(self, line: int) -> str:
+        """Return what stands before a key in a message."""
+        return f"{self.name}:{line}: {self.above}" if line else f"{self.name}: {self.above}"
 
 
-def _validated(
+def validated(
     data: dict[str, Any],
-    name: str,
-    source: str | dict[KeyPath, int],
+    place: SourcePlace,
+    origin: Origin,
     folder: Path | None,
     overrides: Overrides | None,
-    backend: str | None,
+    backend: str | None = None,
+    by: Place = by_argument,
 ) -> Scenario:
-    """Return the scenario of the data, with its origin.
-
-    `source` is the TOML that the data were read from, or the paths of the keys of a dict.
-    """
-    options, texts = apply_overrides(data, overrides if overrides is not None else ())
+    """Return the scenario of the data, which are changed, with its origin and overrides."""
+    options, texts = apply_overrides(data, overrides if overrides is not None else (), by)
     if backend is not None:
-        more, text = apply_overrides(data, {"solver.backend": backend}, "--backend")
+        more, text = apply_overrides(data, {"solver.backend": backend}, lambda key: "--backend: ")
         options, texts = options | more, texts + text
     try:
-        scenario = validate(data, folder).with_origin(Origin(name, texts))
+        scenario = validate(data, folder).with_origin(origin._replace(overrides=texts))
         _check_removed(type(scenario), next(iter(options.values()), ""), texts)
     except ValidationFailure as failure:
-        lines = key_lines(source) if isinstance(source, str) else source
-        placed = []
+        lines, placed = place.lines(), []
         for key, message in failure.faults:
             option = _option_of(key, options, lines)
-            line = 0 if option or not name else _nearest_line(lines, key)
-            where = option or (f"{name}:{line}" if name else "scenario")
-            placed.append((line, f"{where}: {key_text(key)}: {message}"))
+            line = 0 if option else _nearest_line(lines, key, place.start)
+            placed.append((line, f"{option or place.before(line)}{key_text(key)}: {message}"))
         faults = [text for _, text in sorted(placed, key=lambda fault: fault[0])]
         raise ScenarioError(faults) from None
     return scenario
@@ -216,7 +236,7 @@ def _validated(
 def _check_removed(model: type[Scenario], option: str, texts: Iterable[str]) -> None:
     """Check that the keys which are taken out are known: what is not there is not validated."""
     removed = [text.rpartition("=")[0] for text in texts if text.endswith(f"={REMOVED_TEXT}")]
-    faults = [f"{option}: {key}: {f}" for key in removed if (f := unknown_key(model, key))]
+    faults = [f"{option}{key}: {f}" for key in removed if (f := unknown_key(model, key))]
     if faults:
         raise ScenarioError(faults)
 
@@ -277,8 +297,8 @@ def _option_of(key: KeyPath, options: dict[KeyPath, str], lines: dict[KeyPath, i
     return ""
 
 
-def _nearest_line(lines: dict[KeyPath, int], key: KeyPath) -> int:
+def _nearest_line(lines: dict[KeyPath, int], key: KeyPath, start: int) -> int:
     """Return the line of a key, or of the innermost enclosing table in the file."""
     while key and key not in lines:
         key = key[:-1]
-    return lines.get(key, 1)
+    return lines.get(key, start)

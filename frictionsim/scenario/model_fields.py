@@ -30,8 +30,9 @@ class TableKey(NamedTuple):
 
     @property
     def is_list(self) -> bool:
-        """Whether it holds a list."""
-        return holds(self.field.annotation, tuple)
+        """Whether it holds a list, of tables nothing else."""
+        may_be_one = self.table is not None and len([*models_in(self.field.annotation)]) > 1
+        return holds(self.field.annotation, tuple) and not may_be_one
 
 
 def table_keys(model: type[BaseModel]) -> Iterator[TableKey]:
@@ -89,8 +90,8 @@ def models_in(annotation: Any) -> Iterator[type[BaseModel]]:
 
 def table_model(annotation: Any) -> type[BaseModel] | None:
     """Return the model of the table that a key holds; None where it holds a value or signal."""
-    models = list(models_in(annotation))
-    return models[0] if len(models) == 1 else None  # a signal has several forms
+    models = {*models_in(annotation)}
+    return models.pop() if len(models) == 1 else None  # a signal has several forms
 
 
 def holds(annotation: Any, container: type) -> bool:
@@ -106,20 +107,22 @@ def fields_along(model: type[BaseModel], key: str) -> list[list[FieldInfo]]:
     An index or the name of an entry of a list, and a name of the user's choice, have none. A value
     of several forms, such as a signal, has several fields; an unknown key has an empty list.
     """
-    models, levels, is_entry = [model], list[list[FieldInfo]](), False
+    models, levels, is_entry, may_be_entry = [model], list[list[FieldInfo]](), False, False
     for part in map(str.strip, key.split(".")):
         named = (item for one in models for item in one.model_fields.items())
         fields = [field for name, field in named if part in (name, field.alias)]
         has_names = bool(levels) and any(holds(field.annotation, dict) for field in levels[-1])
-        if is_entry or part.isdecimal() or (has_names and not fields):
-            is_entry = False
+        if is_entry or part.isdecimal() or ((has_names or may_be_entry) and not fields):
+            is_entry = may_be_entry = False
             continue
         levels.append(fields)
         models = [inner for field in fields for inner in models_in(field.annotation)]
-        is_entry = any(
-            table_model(field.annotation) is not None and holds(field.annotation, tuple)
+        lists = [
+            len([*models_in(field.annotation)])
             for field in fields
-        )
+            if table_model(field.annotation) is not None and holds(field.annotation, tuple)
+        ]
+        is_entry, may_be_entry = 1 in lists, bool(lists)  # a table, too, may be one or a list
     return levels
 
 
@@ -137,7 +140,7 @@ def unknown_key(model: type[BaseModel], key: str) -> str:
         if levels and not levels[-1]:
             fields = levels[-2] if len(levels) > 1 else []
             above = [m for f in fields for m in models_in(f.annotation)] or [model]
-            known = [name for one in above for name in key_names(one)]
+            known = [*dict.fromkeys(name for one in above for name in key_names(one))]
             return unknown("key", parts[count - 1], known)
     return ""
 

@@ -5,24 +5,16 @@ Lists and mappings may be given as the texts of the command line: ``"A,B"`` for 
 """
 
 from collections.abc import Callable, Iterable, Mapping
-from functools import cache, wraps
-from inspect import signature
-from typing import Annotated, Any, ParamSpec, Self, TypeVar, get_args, get_origin
+from typing import Annotated, Any, Self
 
-from pydantic import BeforeValidator, Field, PlainValidator, create_model, model_validator
+from pydantic import BeforeValidator, model_validator
 
 from frictionsim.errors import ArgumentError
 from frictionsim.scenario.arguments import as_path as as_path
+from frictionsim.scenario.arguments import plain_number
 from frictionsim.scenario.arguments import text_of as text_of
 from frictionsim.scenario.schema import Params
 from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
-
-P = ParamSpec("P")
-R = TypeVar("R")
-
-WallTime = Annotated[float | None, Field(gt=0, allow_inf_nan=True, json_schema_extra={"unit": "s"})]
-Count = Annotated[int | None, Field(gt=0)]
-Tolerance = Annotated[float, Field(ge=0, allow_inf_nan=True)]
 
 
 class Options(Params):
@@ -32,7 +24,7 @@ class Options(Params):
     @classmethod
     def _numbers_of_python(cls, data: Any) -> Any:
         """Take numbers of NumPy as numbers of Python, and whole floats as whole numbers."""
-        return {name: _plain(value) for name, value in data.items()}
+        return {name: plain_number(value) for name, value in data.items()}
 
     @classmethod
     def among(cls, arguments: Mapping[str, Any], **others: Any) -> Self:
@@ -59,45 +51,6 @@ class Options(Params):
             raise ArgumentError(str(argument), f"{where}{message}") from None
 
 
-def checked(function: Callable[P, R]) -> Callable[P, R]:
-    """Have a function check its switches, and the arguments that are limited by their annotations.
-
-    They are keywords. Numbers of NumPy become those of Python, and None stands for the default.
-    ArgumentError is raised if one is not valid.
-    """
-
-    parameters = dict(signature(function).parameters)
-    limited = {
-        name: parameter
-        for name, parameter in parameters.items()
-        if parameter.annotation is bool or get_origin(parameter.annotation) is Annotated
-    }
-
-    @cache  # made by the first call: imports take no time for it
-    def model() -> type[Options]:
-        fields: Any = {name: (one.annotation, one.default) for name, one in limited.items()}
-        return create_model(function.__name__, __base__=Options, **fields)
-
-    @wraps(function)
-    def call(*arguments: P.args, **keywords: P.kwargs) -> R:
-        values = vars(model().among(keywords))
-        return function(*arguments, **(keywords | values))  # type: ignore[arg-type]
-
-    for name, one in limited.items():  # for `help`, without limits
-        bare = (get_args(one.annotation) or (one.annotation,))[0]
-        parameters[name] = one.replace(annotation=bare)
-    call.__signature__ = signature(function).replace(  # type: ignore[attr-defined]
-        parameters=[*parameters.values()]
-    )
-    return call
-
-
-def _plain(value: Any) -> Any:
-    if hasattr(value, "item") and getattr(value, "ndim", 1) == 0:
-        value = value.item()
-    return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
 def as_list(given: Any) -> list[Any]:
     """Return the values of a list, of a text with commas, or of a single value."""
     if isinstance(given, str):
@@ -105,7 +58,7 @@ def as_list(given: Any) -> list[Any]:
     return list(given) if isinstance(given, Iterable) else [given]
 
 
-def _names(given: Any) -> tuple[str, ...]:
+def names_of(given: Any) -> tuple[str, ...]:
     names = as_list(given)
     for name in names:
         if not isinstance(name, str):
@@ -113,26 +66,16 @@ def _names(given: Any) -> tuple[str, ...]:
     return tuple(names)
 
 
-Names = Annotated[tuple[str, ...], BeforeValidator(_names)]
-GivenNames = Annotated[str | Iterable[str], PlainValidator(_names)]
-"""One name, or several; the latter of an argument of a function that is `checked`."""
+Names = Annotated[tuple[str, ...], BeforeValidator(names_of)]
 
 
-def function_of(arguments: str, otherwise: str = "") -> BeforeValidator:
-    """Return the check that a value is a function.
-
-    Parameters
-    ----------
-    arguments : str
-        Its arguments, for the message.
-    otherwise : str
-        What may be given in its place, for the message: True and False.
-    """
+def function_of(arguments: str) -> BeforeValidator:
+    """Return the check that a value is a function; `arguments` are its own, for the message."""
 
     def checked(value: Any) -> Any:
-        if callable(value) or (isinstance(value, bool) if otherwise else value is None):
+        if callable(value) or value is None:
             return value
-        raise ValueError(f"expected {otherwise}a function of {arguments}, got {value!r}")
+        raise ValueError(f"expected a function of {arguments}, got {value!r}")
 
     return BeforeValidator(checked)
 
@@ -190,7 +133,9 @@ def columns_of(given: Any) -> dict[str, str | int]:
             if not isinstance(column, str | int) or isinstance(column, bool):
                 raise ValueError(f"{name}: expected a column, got {column!r}")
         return dict(given)
-    pairs = (name.partition("=") for name in ([given] if isinstance(given, str) else _names(given)))
+    pairs = (
+        name.partition("=") for name in ([given] if isinstance(given, str) else names_of(given))
+    )
     return {
         name.strip(): column_of(column.strip()) if equals else name.strip()
         for name, equals, column in pairs

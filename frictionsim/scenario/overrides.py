@@ -1,6 +1,6 @@
 """Overrides of single keys of a scenario: texts as for --set, or a mapping of keys to values."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError
@@ -12,21 +12,28 @@ Overrides = Mapping[str, Any] | Iterable[str]
 REMOVED = None  # the value of a key to take out, as of an effect that is not to be simulated
 REMOVED_TEXT = "none"
 
-BY_TEXT, BY_MAPPING = "--set", "overrides"
+BY_TEXT = "--set"
+Place = Callable[[str], str]
+"""Of a key of a mapping: what stands before it in a message."""
+
+
+def by_argument(key: str) -> str:
+    """Return what stands before a key of the argument `overrides`."""
+    return "overrides: "
 
 
 def apply_overrides(
-    data: dict[str, Any], overrides: Overrides, mapping: str = BY_MAPPING
+    data: dict[str, Any], overrides: Overrides, place: Place = by_argument
 ) -> tuple[dict[KeyPath, str], tuple[str, ...]]:
     """Set keys of the data of a scenario, in place.
 
-    Returns, for messages, where each override came from by the path of its key: --set, or what a
-    `mapping` is called; and the overrides as texts KEY=VALUE.
+    Returns what stands before each override in a message, by the path of its key, and the overrides
+    as texts KEY=VALUE.
     """
     paths, texts, faults = {}, [], list[str]()
     for entry in _texts_or_items(overrides):
         try:
-            key, value, option, where = _entry(entry, mapping)
+            key, value, option, where = _entry(entry, place)
             paths[_set(data, key, value, where)] = option
             texts.append(f"{key.strip()}={override_text(value)}")
         except ScenarioError as error:
@@ -51,17 +58,18 @@ def _texts_or_items(overrides: Overrides) -> list[Any]:
     return texts
 
 
-def _entry(entry: Any, mapping: str) -> tuple[str, Any, str, str]:
-    """Return key, value, option and the place for a message of an override."""
+def _entry(entry: Any, place: Place) -> tuple[str, Any, str, str]:
+    """Return key and value of an override, what stands before it and what names it in a message."""
     if not isinstance(entry, str):
         key, value = entry
-        where = f"{mapping}: {key}"
-        return str(key), value if value is REMOVED else plain(value, where), mapping, where
+        before = place(key)
+        where = f"{before}{key}"
+        return str(key), value if value is REMOVED else plain(value, where), before, where
     key, equals, value = entry.partition("=")
     where = f"{BY_TEXT} {entry}"
     if not equals or not all(part.strip() for part in key.split(".")):
         raise ScenarioError([f"{where}: expected KEY=VALUE, as in solver.rtol=1e-9"])
-    return key, _parsed(where, value.strip()), BY_TEXT, where
+    return key, _parsed(where, value.strip()), f"{BY_TEXT}: ", where
 
 
 def override_text(value: Any) -> str:

@@ -22,7 +22,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from frictionsim.errors import InputError, closest
-from frictionsim.scenario.csv_columns import ColumnKey, read_columns
+from frictionsim.scenario.arguments import ColumnKey
 from frictionsim.scenario.model_fields import unit_of
 from frictionsim.scenario.schema import Params, inconsistent, unit_field, unit_of_key
 from frictionsim.scenario.signals import Constant, CubicPiece, Harmonic, Signal, linear
@@ -179,6 +179,8 @@ class CsvTable(Params):
         Raises a PydanticCustomError if the file cannot be read, or lacks a column or a number, or
         if a unit is not known or does not fit.
         """
+        from frictionsim.scenario.csv_columns import read_columns  # few scenarios have files
+
         path, of_speed = folder / self.csv, getattr(self, "speed", None)
         argument, its_unit = ("speed", "rad/s") if of_speed else ("time", "s")
         wanted: list[ColumnKey] = [of_speed or self.time or 1, self.value or 2]
@@ -244,7 +246,8 @@ class _FileReader(NamedTuple):
         return reader.__get_pydantic_core_schema__(source, handler)
 
 
-NUMBER, SUM = "<number>", "<sum>"  # tags of the forms of a signal that are no tables
+# Tags of forms that are no tables of their own: of a signal, and of a table that may be a list.
+NUMBER, SUM, ONE = "<number>", "<sum>", "<one>"
 # Those of tables are named for the first of these keys that they have. A tag is a part of the
 # location of a validation error; it is not a key of the scenario.
 SIGNAL_TAGS: dict[str, type[Params]] = {

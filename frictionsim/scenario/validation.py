@@ -6,17 +6,17 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from frictionsim.errors import OUT_OF_RANGE, closest, unknown
+from frictionsim.scenario.arguments import shortened, toml_text
 from frictionsim.scenario.kinetic_friction import FORMS_OF_FRICTION, KINETIC_TAGS, NO_FRICTION
 from frictionsim.scenario.kinetic_friction import NUMBER as KINETIC_NUMBER
 from frictionsim.scenario.model_fields import key_names, keys_that_end_with, models_in, unit_of
-from frictionsim.scenario.signal_tables import FORMS, NO_SIGNAL, NUMBER, SIGNAL_TAGS, SUM
+from frictionsim.scenario.signal_tables import FORMS, NO_SIGNAL, NUMBER, ONE, SIGNAL_TAGS, SUM
 from frictionsim.scenario.toml_data import KeyPath
 
 TableModel = TypeVar("TableModel", bound=BaseModel)
 
 MAX_KEY_LENGTH = 60  # characters of a key in a message
 MAX_MEANT = 4  # keys that may be meant
-MAX_VALUE_LENGTH = 40  # characters of an invalid value in a message
 # What pydantic says in words of Python.
 WORDS = {
     "model_type": "should be a table",
@@ -76,21 +76,7 @@ def key_text(key: KeyPath) -> str:
         text if text.replace("-", "_").isidentifier() or text.isdecimal() else repr(text)
         for text in map(str, key)
     )
-    return ".".join(_shortened(part, MAX_KEY_LENGTH) for part in parts) or "scenario"
-
-
-def toml_text(value: Any) -> str:
-    """Return a value as TOML, shortened, for a message."""
-    if isinstance(value, dict):
-        return "a table" if value else "an empty table"
-    if isinstance(value, list | tuple):
-        return f"a list of {len(value)}"
-    text = str(value).lower() if isinstance(value, bool) else str(value)
-    return _shortened(f"'{text}'" if isinstance(value, str) else text, MAX_VALUE_LENGTH)
-
-
-def _shortened(text: str, length: int) -> str:
-    return text if len(text) <= length else text[: length - 3] + "..."
+    return ".".join(shortened(part, MAX_KEY_LENGTH) for part in parts) or "scenario"
 
 
 def _faults(errors: list[Any], model: type[BaseModel]) -> list[tuple[KeyPath, str]]:
@@ -162,7 +148,7 @@ def _place(
     here: type[BaseModel] | None = model
     table, unit = here, ""
     for part in location:
-        if part in (NUMBER, SUM, KINETIC_NUMBER):
+        if part in (NUMBER, SUM, ONE, KINETIC_NUMBER):
             continue
         if part in ALL_TAGS:
             here = ALL_TAGS[str(part)]

@@ -2,6 +2,7 @@
 
 from array import array
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,8 @@ from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
 from frictionsim.simulation.mechanism import Mechanism, Samples
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.run_warnings import hidden_stick_slip
-from frictionsim.simulation.sample_store import SAMPLES, Columns, chosen
+from frictionsim.simulation.sample_store import SAMPLES, Columns, chosen, with_derived
+from frictionsim.simulation.standstill import foreseen
 from frictionsim.solvers import solver_of
 from frictionsim.solvers.events import STOP
 from frictionsim.solvers.loop import State
@@ -49,6 +51,7 @@ class CoordinateSimulation:
         settings, system = scenario.solver, mechanism.system
         self._mechanism, self._settings = mechanism, settings
         self._at_events, self._interval = scenario.output.at_events, scenario.interval
+        self._wanted = scenario.output.channels
         self._method = methods.METHODS[settings.backend]
         self.effects, self.channel_info = mechanism.effects, mechanism.channel_info
         self.states = len(system.start)
@@ -114,6 +117,8 @@ class CoordinateSimulation:
 
     def restore(self, state: Arrays) -> None:
         """Load the state of another simulation of the same scenario."""
+        for name in self._mechanism.derived:  # a file has them, and they follow from the samples
+            state.pop(SAMPLES + name, None)
         recording, solver = self._recording, self._solver
         step = _restored(Step, "step.", state, solver.state.step, {0, self.states})
         before = solver.state._replace(step=step)
@@ -162,14 +167,19 @@ class CoordinateSimulation:
         """Return the finite samples, and quantities, checks and warnings from them."""
         samples, is_cut = self._samples()
         is_channel = self.channel_info.__contains__
+        times = np.array([e.time for e in samples.transitions])
         sides = {
             f"{name}_{side}": values
             for side, columns in (("before", samples.before), ("after", samples.after))
-            for name, values in columns.items()
+            for name, values in with_derived(
+                columns, self._derived(times, columns, samples)
+            ).items()
             if is_channel(name) and name not in EVENT_CHANNELS and not name.startswith("energy_")
         }
+        recorded = chosen(samples.columns, ["time", *self._channel_names()])
+        derived = self._derived(samples.time, samples.columns, samples)
         return SimulationResult(
-            channels=chosen(samples.columns, ["time", *self._channel_names()]),
+            channels=with_derived(recorded, derived),
             transitions=samples.transitions,
             quantities=self._quantities(samples),
             checks=audit(self._mechanism, samples, self._settings, self.statistics()[0]),
@@ -177,6 +187,14 @@ class CoordinateSimulation:
             warnings=tuple(self._run_warnings(samples)),
             sides=sides,
         )
+
+    def _derived(self, time: Any, columns: Any, samples: Samples) -> dict[str, Callable[[], Any]]:
+        """Return how to compute the derived channels that are wanted, of some rows."""
+        return {
+            name: partial(derive, time, columns, samples)
+            for name, derive in self._mechanism.derived.items()
+            if self._wanted is None or name in self._wanted
+        }
 
     def _channel_names(self) -> list[str]:
         """Return the names of the channels: motion, forces, friction, energies."""
@@ -286,7 +304,7 @@ class CoordinateSimulation:
         mechanism, settings = self._mechanism, self._settings
         if samples.time.size < 2 or samples.time[-1] < settings.duration:
             return []
-        warnings = list(mechanism.run_warnings(samples))
+        warnings = [*foreseen(mechanism, settings.duration), *mechanism.run_warnings(samples)]
         if mechanism.law in ("", methods.REGULARISED):  # which passes "stick" at each reversal
             return warnings
         return warnings + hidden_stick_slip(samples.transitions, self._interval, settings.duration)

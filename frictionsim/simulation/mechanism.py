@@ -3,8 +3,9 @@
 Without numpy, which `check` does not need.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.scenario.methods import SET_VALUED
@@ -36,6 +37,11 @@ class Samples:
     def __getitem__(self, name: Any) -> Any:
         """Return a column by its name."""
         return self.columns[name]
+
+
+Derived = Callable[["Array", "Mapping[str, Array]", Samples], "Array"]
+"""How a channel follows from recorded columns: of the times of some rows, (n,), s, the columns of
+these rows, and the samples of the whole run; (n,)."""
 
 
 class ContactColumns(NamedTuple):
@@ -98,6 +104,10 @@ class Mechanism(NamedTuple):
         Of the absolute tolerance: 1; less for a motion that is far below a radian.
     prescribed : bool
         The drive gives the velocity of the only coordinate, whatever the method.
+    torques : callable
+        torques(t) returns the torques on a body of one coordinate that rests from the start, N m.
+    derived : mapping of name to Derived
+        Channels that are not recorded. They are computed where a result has them.
     """
 
     system: Any
@@ -113,3 +123,5 @@ class Mechanism(NamedTuple):
     law: str = SET_VALUED
     tolerance_share: float = 1.0
     prescribed: bool = False
+    torques: "Callable[[float], Iterable[float]]" = lambda t: []
+    derived: "Mapping[str, Derived]" = MappingProxyType({})

@@ -1,6 +1,6 @@
 """The samples of a run in memory."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -39,12 +39,15 @@ class Columns(Mapping[str, Any]):
         order: Any,
         types: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
-        self._places = {name: place for place, name in enumerate(names)}
+        self._places: dict[str, Any] = {name: place for place, name in enumerate(names)}
         self._parts, self._order, self._types = (rows, at_events), order, types
 
     def __getitem__(self, name: str) -> Any:
         place = self._places[name]
-        column = np.concatenate([rows[:, place] for rows in self._parts])[self._order]
+        if callable(place):
+            column = place()
+        else:
+            column = np.concatenate([rows[:, place] for rows in self._parts])[self._order]
         return column.astype(self._types.get(name, np.float64), copy=False)
 
     def __iter__(self) -> Iterator[str]:
@@ -69,6 +72,17 @@ def chosen(
     if isinstance(columns, Columns):
         return columns.chosen(names, types)
     return {n: columns[n].astype(types[n]) if n in types else columns[n] for n in names}
+
+
+def with_derived(
+    columns: Mapping[str, Any], derived: Mapping[str, Callable[[], Any]]
+) -> Mapping[str, Any]:
+    """Return some columns and others that are computed, of `Columns` each when it is wanted."""
+    if not isinstance(columns, Columns):
+        return {**columns, **{name: derive() for name, derive in derived.items()}}
+    more = columns.chosen((), {})
+    more._places = {**columns._places, **derived}
+    return more
 
 
 class SampleStore:

@@ -293,6 +293,7 @@ class OneCoordinate:
         self._constant = sum([torque for torque in storing if not callable(torque)])
         self._varying = [torque for torque in storing if callable(torque)]
         (self._driving,) = [_function(term.torque) for term in terms if term.energy == INPUT]
+        self.torques = [_function(term.torque) for term in terms]
         losing = [term.torque for term in terms if term.energy not in ("", INPUT)]
         self._losing = [_function(torque) for torque in losing]
         self._further = [*self._varying, *self._losing]

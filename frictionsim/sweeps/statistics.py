@@ -99,7 +99,7 @@ def variation(table: SweepTable) -> tuple[Mapping[str, Distribution], Sampling |
     if table.attributes["design"] != SAMPLE:
         return {}, None
     try:
-        options = options_of(toml_tables(table.attributes["study"]), "study")
+        options = options_of(toml_tables(table.attributes["study"]))
     except ValueError as error:
         raise InputError(f"cannot read the study in this sweep: {error}") from None
     sampling = options.sampling

@@ -15,27 +15,36 @@ seed = 1
 """
 
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from frictionsim.errors import InputError
-from frictionsim.scenario.loading import load, load_tables
+from frictionsim.errors import InputError, ScenarioError
+from frictionsim.scenario.loading import SourcePlace, load_file, validated
 from frictionsim.scenario.model_fields import names_in
 from frictionsim.scenario.options import Options, by_name
+from frictionsim.scenario.origin import Origin
 from frictionsim.scenario.schema import inconsistent
 from frictionsim.scenario.shipped import scenario_file
-from frictionsim.scenario.toml_data import keys_and_values
+from frictionsim.scenario.toml_data import key_lines, keys_and_values, plain, tables_and_keys
 from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
 from frictionsim.sweeps.design import Sampling
-from frictionsim.sweeps.values import Distribution, VariedValues, values_by_key
+from frictionsim.sweeps.values import (
+    Distribution,
+    VariedValues,
+    values_and_faults,
+    values_by_key,
+)
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
 TABLES = ("study", "set", "vary")
 SAMPLE_OPTIONS = ("method", "seed", "indices")
+BOTH = "is both set for all runs and varied; leave out one"
 MAX_SEED = 2**63 - 1  # the largest number of TOML
 
 
@@ -85,6 +94,24 @@ class SweepStudy(NamedTuple):
     scenario: "Scenario"
     options: SweepOptions
     folder: Path  # of file names in the values
+    places: Mapping[str, str] = {}  # file and line of each varied key, for messages
+
+    @contextmanager
+    def placed(self) -> Iterator[None]:
+        """Return the context in which a fault of varied values names file and line of the key."""
+        try:
+            yield
+        except InputError as error:
+            if not self.places:
+                raise
+            fault = str(error).rpartition(" is not valid: ")[2]
+            named = [
+                place
+                for text in (fault, str(error))
+                for key, place in self.places.items()
+                if any(name.rpartition(".")[2] in text for name in names_in(key))
+            ]
+            raise InputError(f"{next(iter(named), '')}{error}") from error
 
 
 def is_study(data: Mapping[str, Any]) -> bool:
@@ -92,63 +119,129 @@ def is_study(data: Mapping[str, Any]) -> bool:
     return "study" in data
 
 
-def study_of(data: Mapping[str, Any], folder: Path | None, name: str) -> SweepStudy:
-    """Return the study in some tables; the name is for messages.
+def study_of(data: Mapping[str, Any], folder: Path | None, name: str, text: str = "") -> SweepStudy:
+    """Return the study in some tables, which are those of a text; the name is for messages.
 
     The folder is the base of relative file names; None for a study in the file of a sweep, which
-    names no files.
+    names no files. Raises a ScenarioError with all faults.
     """
-    unknown = [key for key in data if key not in TABLES]
-    if unknown:
-        raise InputError(
-            f"{name}: {key_text((unknown[0],))}: unknown table of a study; known: [study], [set],"
-            " [vary]"
-        )
-    source = _table(data, "study", name).get("scenario")
-    if folder is None and not isinstance(source, dict):
-        raise InputError(
-            f"{name}: study.scenario: expected the tables of a scenario: the file of a sweep names"
-            " no other files"
-        )
-    if not isinstance(source, str | dict):
-        raise InputError(
-            f"{name}: study.scenario: expected the file of a scenario, e.g."
-            ' scenario = "pulley.toml", or its tables'
-        )
-    options = options_of(data, name)
-    fixed = dict(_leaves(data, "set", name))
-    if isinstance(source, dict):
-        scenario, place = load_tables(source, folder, fixed), folder or Path()
-    else:
-        path = scenario_file(source, folder or Path())
-        if path.exists() and not path.is_file():  # opening a pipe would wait for its writer
-            raise InputError(f"{name}: study.scenario: expected a file, '{source}' is none")
-        scenario, place = load(path, fixed), path.parent
-    check_not_fixed(fixed, options.vary)
-    return SweepStudy(scenario, options, place)
+    tables = _Tables(data, name, text)
+    for key in data:
+        if key not in TABLES:
+            tables.add(key_text((key,)), "unknown table of a study; known: [study], [set], [vary]")
+        elif not isinstance(data[key], Mapping):
+            tables.add(key, "expected a table of keys")
+    options, fixed = _options(tables), tables.leaves("set")
+    for key in _varied_too(fixed, options.vary):
+        tables.add(f"set.{key}", BOTH)
+    scenario, place = _scenario(tables, folder, fixed)
+    if scenario is None or tables.faults:
+        raise ScenarioError(sorted(tables.faults, key=tables.line_of))
+    lines = {key: f"{tables.place(f'vary.{key}')}: " for key in options.vary} if text else {}
+    return SweepStudy(scenario, options, place, lines)
 
 
-def options_of(data: Mapping[str, Any], name: str) -> SweepOptions:
-    """Return the variation in the tables of a study, without reading its scenario."""
-    settings = {
-        key: value for key, value in _table(data, "study", name).items() if key != "scenario"
-    }
+class _Tables:
+    """The tables of a study, and their faults, each with file, line and key."""
+
+    def __init__(self, data: Mapping[str, Any], name: str, text: str) -> None:
+        self.data, self.name, self.faults = data, name, list[str]()
+        self.lines = key_lines(text) if text else dict.fromkeys(tables_and_keys(data), 0)
+        self._by_text = {".".join(map(str, path)): line for path, line in self.lines.items()}
+
+    def place(self, key: str) -> str:
+        """Return the file and the line of a key with dots, or of the table around it."""
+        while key and key not in self._by_text:
+            key = key.rpartition(".")[0]
+        line = self._by_text.get(key, 0)
+        return f"{self.name}:{line}" if line else self.name
+
+    def add(self, key: str, message: str) -> None:
+        self.faults.append(f"{self.place(key)}: {key}: {message}")
+
+    def line_of(self, fault: str) -> float:
+        """Return the line of a fault, which the scenario's own file does not have here."""
+        line = fault.removeprefix(f"{self.name}:").partition(":")[0]
+        return int(line) if line.isdecimal() else inf
+
+    def table(self, name: str) -> Mapping[str, Any]:
+        content = self.data.get(name, {})
+        return content if isinstance(content, Mapping) else {}
+
+    def leaves(self, name: str) -> dict[str, Any]:
+        """Return values by keys with dots, from nested tables or quoted keys."""
+        every = keys_and_values(self.table(name), lists="whole")
+        return {key: value for key, value in every if not isinstance(value, Mapping)}
+
+
+def _options(tables: _Tables) -> SweepOptions:
+    """Return the variation in the tables of a study; the default one of those with faults."""
+    settings = {key: value for key, value in tables.table("study").items() if key != "scenario"}
+    vary, faults = values_and_faults(tables.leaves("vary").items())
+    for key, fault in faults.items():
+        tables.add(f"vary.{key}", fault)
     if "vary" in settings:
-        raise InputError(f"{name}: study.vary: expected a table of its own, [vary]")
-    vary = values_by_key(_leaves(data, "vary", name))
+        tables.add("study.vary", "expected a table of its own, [vary]")
+        del settings["vary"]
     try:
         return validate_model(SweepOptions, settings | {"vary": vary})
     except ValidationFailure as failure:
-        lines = "; ".join(f"study.{line}" for line in failure.lines())
-        raise InputError(f"{name}: {lines}") from None
+        for path, fault in failure.faults:
+            tables.add(f"study.{key_text(path)}", fault)
+    return SweepOptions(vary=vary)
+
+
+def _scenario(
+    tables: _Tables, folder: Path | None, fixed: Mapping[str, Any]
+) -> "tuple[Scenario | None, Path]":
+    """Return the scenario of a study, None with faults, and the folder of its files."""
+    above, start = ("study", "scenario"), folder or Path()
+    key, source = ".".join(above), tables.table("study").get("scenario")
+
+    def by_set(of: str) -> str:
+        return f"{tables.place(f'set.{of}')}: set."
+
+    try:
+        if isinstance(source, Mapping):
+            inside = {path[2:]: n for path, n in tables.lines.items() if path[:2] == above}
+            place = SourcePlace(tables.name, lambda: inside, f"{key}.", inside.pop((), 0))
+            return validated(plain(source), place, Origin(), folder, fixed, by=by_set), start
+        if folder is None:
+            tables.add(
+                key, "expected the tables of a scenario: the file of a sweep names no others"
+            )
+        elif not isinstance(source, str):
+            example = 'e.g. scenario = "pulley.toml", or its tables'
+            tables.add(key, f"expected the file of a scenario, {example}")
+        else:
+            path = scenario_file(source, folder)
+            if not path.exists() or path.is_file():  # opening a pipe would wait for its writer
+                return load_file(path, fixed, by=by_set), path.parent
+            tables.add(key, f"expected a file, '{source}' is none")
+    except ScenarioError as error:
+        tables.faults += error.faults
+    return None, start
+
+
+def options_of(data: Mapping[str, Any]) -> SweepOptions:
+    """Return the variation in the tables of a study, without reading its scenario."""
+    tables = _Tables(data, "study", "")
+    options = _options(tables)
+    if tables.faults:
+        raise ScenarioError(tables.faults)
+    return options
 
 
 def check_not_fixed(fixed: Iterable[str], vary: Mapping[str, Any]) -> None:
     """Raise InputError if a key is set for all runs and varied as well."""
+    for key in _varied_too(fixed, vary):
+        raise InputError(f"{key} {BOTH}")
+
+
+def _varied_too(fixed: Iterable[str], vary: Mapping[str, Any]) -> list[str]:
+    """Return the keys of all runs that are varied as well."""
     varied = {name for key in vary for name in names_in(key)}
-    for key in fixed:
-        if key.strip() in varied:
-            raise InputError(f"{key.strip()} is both set for all runs and varied; leave out one")
+    return [key.strip() for key in fixed if key.strip() in varied]
 
 
 def study_toml(study: SweepStudy) -> str:
@@ -167,17 +260,3 @@ def _toml_values(values: VariedValues) -> Any:
     if isinstance(values, Distribution) or values.text.startswith(("lin", "log")):
         return values.text
     return list(values.values)
-
-
-def _table(data: Mapping[str, Any], table: str, name: str) -> Mapping[str, Any]:
-    content = data.get(table, {})
-    if not isinstance(content, Mapping):
-        raise InputError(f"{name}: {table}: expected a table of keys")
-    return content
-
-
-def _leaves(data: Mapping[str, Any], table: str, name: str) -> Iterator[tuple[str, Any]]:
-    """Yield dotted keys and their values, from nested tables or quoted keys."""
-    for key, value in keys_and_values(_table(data, table, name), lists="whole"):
-        if not isinstance(value, Mapping):  # else an empty table
-            yield key, value

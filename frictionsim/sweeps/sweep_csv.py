@@ -11,7 +11,7 @@ import csv
 from collections.abc import Iterator
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from frictionsim.io.output_file import (
     check_replaceable,
     replacing,
 )
+from frictionsim.io.result_csv import Writable
 from frictionsim.io.sweep_table import (
     RUN,
     SOBOL,
@@ -35,13 +36,6 @@ from frictionsim.io.sweep_table import (
 
 RUNS_AT_ONCE = 4096  # of a table in CSV
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
-
-
-class Writable(Protocol):
-    """A target for text."""
-
-    def write(self, text: str, /) -> object:
-        """Write text."""
 
 
 def files_of_sweep_in_csv(path: Path, with_indices: bool) -> dict[Path, Kind]:

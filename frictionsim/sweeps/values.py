@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import InputError, unknown
 from frictionsim.scenario.model_fields import names_in
+from frictionsim.scenario.overrides import REMOVED, REMOVED_TEXT
 from frictionsim.scenario.toml_data import parsed_value, plain, toml_value
 
 if TYPE_CHECKING:
@@ -73,79 +74,92 @@ VariedValues = Levels | Distribution
 
 def values_by_key(entries: Iterable[tuple[str, Any]]) -> dict[str, VariedValues]:
     """Return values by key, from `values_of`; keys separated by commas have one value."""
-    varied: dict[str, VariedValues] = {}
-    known: set[str] = set()
-    for text, values in entries:
-        names = [name.strip() for name in names_in(text)]
-        for name in names:
-            if not name:
-                raise InputError(
-                    f"vary: expected a key, or several with commas between them, e.g. a.b,a.c; got"
-                    f" '{text}'"
-                )
-            if name in known:
-                raise InputError(f"vary: {name} is given twice; give all its values in one list")
-            known.add(name)
-        key = ",".join(names)
-        varied[key] = values_of(key, values)
+    varied, faults = values_and_faults(entries)
+    if faults:
+        raise InputError("\n".join(f"vary {key}: {fault}" for key, fault in faults.items()))
     return varied
 
 
-def values_of(key: str, spec: Any) -> VariedValues:
-    """Return the values of a key from a specification: text as above, or any iterable."""
+def values_and_faults(
+    entries: Iterable[tuple[str, Any]],
+) -> tuple[dict[str, VariedValues], dict[str, str]]:
+    """Return values by key as `values_by_key`, and what is wrong with others."""
+    varied: dict[str, VariedValues] = {}
+    faults: dict[str, str] = {}
+    known: set[str] = set()
+    for text, values in entries:
+        names = [name.strip() for name in names_in(text)]
+        twice = [name for name in names if name in known or names.count(name) > 1]
+        if "" in names:
+            faults[text] = "expected a key, or several with commas between them, e.g. a.b,a.c"
+        elif twice:
+            faults[text] = f"{twice[0]} is given twice; give all its values in one list"
+        else:
+            try:
+                varied[",".join(names)] = values_of(values)
+            except InputError as error:
+                faults[text] = str(error)
+        known.update(names)
+    return varied, faults
+
+
+def values_of(spec: Any) -> VariedValues:
+    """Return values from a specification: text as above, or any iterable; None is `none`."""
     if isinstance(spec, Levels | Distribution):
         return spec
     if not isinstance(spec, str):
-        values = plain(list(spec) if isinstance(spec, range) else spec, f"vary: {key}")
-        return _levels(key, values, toml_value(values))
+        values = list(spec) if isinstance(spec, range | tuple) else spec
+        if isinstance(values, list):
+            values = [REMOVED_TEXT if value is REMOVED else value for value in values]
+        values = plain(values, "values")
+        return _levels(values, toml_value(values))
     called = CALL.fullmatch(spec)
     if called:
-        return _parse_call(key, spec.strip(), *called.groups())
+        return _parse_call(spec.strip(), *called.groups())
     try:
         values = parsed_value(spec)
     except ValueError:
         raise InputError(
-            f'vary {key}: expected {EXPECTED}; words in quotes, e.g. ["a"]; got {spec!r}'
+            f'expected {EXPECTED}; words in quotes, e.g. ["a"]; got {spec!r}'
         ) from None
-    return _levels(key, values, spec.strip())
+    return _levels(values, spec.strip())
 
 
-def _levels(key: str, values: Any, text: str) -> Levels:
+def _levels(values: Any, text: str) -> Levels:
     if not isinstance(values, list):
-        raise InputError(f"vary {key}: expected {EXPECTED}; got {toml_value(values)}")
+        raise InputError(f"expected {EXPECTED}; got {toml_value(values)}")
     if not values:
-        raise InputError(f"vary {key}: the list is empty; give at least one value")
+        raise InputError("the list is empty; give at least one value")
     return Levels(len(values), text, partial(tuple, values))
 
 
-def _parse_call(key: str, text: str, name: str, arguments: str) -> VariedValues:
+def _parse_call(text: str, name: str, arguments: str) -> VariedValues:
     if name not in RANGES and name not in DISTRIBUTIONS:
-        known = [*RANGES, *DISTRIBUTIONS]
-        raise InputError(f"vary {key}: {unknown('range or distribution', name, known)}")
+        raise InputError(unknown("range or distribution", name, [*RANGES, *DISTRIBUTIONS]))
     parts = [part.strip() for part in arguments.split(",")]
     wanted = RANGES[name] if name in RANGES else DISTRIBUTIONS[name].arguments
     if len(parts) != len(wanted.split(",")):
-        raise InputError(f"vary {key}: expected {name}({wanted}), got {text}")
-    numbers = [_number(key, part, text) for part in parts]
+        raise InputError(f"expected {name}({wanted}), got {text}")
+    numbers = [_number(part, text) for part in parts]
     if name in RANGES:
-        return _range(key, name, parts, numbers, text)
+        return _range(name, parts, numbers, text)
     fault = DISTRIBUTIONS[name].fault(*numbers)
     if fault:
-        raise InputError(f"vary {key}: {text}: {fault}")
+        raise InputError(f"{text}: {fault}")
     return Distribution(name, tuple(numbers))
 
 
-def _number(key: str, part: str, text: str) -> float:
+def _number(part: str, text: str) -> float:
     try:
         number = float(part)
     except ValueError:
         number = float("nan")
     if not isfinite(number):
-        raise InputError(f"vary {key}: expected finite numbers in {text}, got '{part}'")
+        raise InputError(f"expected finite numbers in {text}, got '{part}'")
     return number
 
 
-def _range(key: str, name: str, parts: list[str], numbers: list[float], text: str) -> Levels:
+def _range(name: str, parts: list[str], numbers: list[float], text: str) -> Levels:
     first, last, count = numbers
     faults = {
         "expected a whole number of values above 0": count < 1.0 or count % 1.0,
@@ -154,7 +168,7 @@ def _range(key: str, name: str, parts: list[str], numbers: list[float], text: st
         "expected a and b above 0": name == "log" and min(first, last) <= 0.0,
     }
     for fault in (fault for fault, is_there in faults.items() if is_there):
-        raise InputError(f"vary {key}: {text}: {fault}")
+        raise InputError(f"{text}: {fault}")
     return Levels(int(count), text, partial(_values_of_range, name, parts, numbers))
 
 

@@ -33,7 +33,8 @@ OF_COMMANDS: dict[str, set[str]] = {
     "cost": {"csv", "plot", "no_clobber"},
     "sweep": {"csv"},
     "compare": set(),
-    "plot": {"from", "to", "no_title", "animate", "fps", "speed", "output", "no_clobber"},
+    "plot": {"from", "to", "no_title", "animate", "fps", "speed", "output", "no_clobber"}
+    | {"channel", "unit"},
 }
 OF_FUNCTIONS: dict[str, set[str]] = {
     "solve": {"check"},
@@ -42,7 +43,7 @@ OF_FUNCTIONS: dict[str, set[str]] = {
     "cost": set(),
     "sweep": set(),
     "compare": {"golden"},
-    "plot": {"window", "title", "figure"},
+    "plot": {"window", "title", "figure", "measured", "units"},
 }
 
 

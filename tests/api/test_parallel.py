@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import frictionsim as fs
+from frictionsim.api.result import checkpoint_of
 from tests.support.belt_scenarios import pair
 from tests.support.scenarios import SCENARIOS, python
 
@@ -43,7 +44,7 @@ def image(result: fs.Result, folder: Path) -> bytes:
 
 def assert_same(results: Mapping[str, fs.Result], serial: dict[str, bytes], folder: Path) -> None:
     for name, result in results.items():
-        if result.checkpoint is None:
+        if result.record.checkpoint is None:
             assert image(result, folder) == serial[name], name
             continue
         # A checkpoint has the run time, the only part that differs between two runs.
@@ -54,7 +55,7 @@ def assert_same(results: Mapping[str, fs.Result], serial: dict[str, bytes], fold
 
 
 def state_of(result: fs.Result) -> dict[str, bytes]:
-    state = result.load_checkpoint()
+    state = checkpoint_of(result)
     return {k: values.tobytes() for k, values in state.items() if not k.startswith("clock.")}
 
 

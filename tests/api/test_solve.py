@@ -149,11 +149,11 @@ def test_a_failed_audit_is_an_error_only_if_asked(tmp_path: Path) -> None:
 def test_a_run_is_resumed_in_memory_to_the_same_bytes(tmp_path: Path) -> None:
     whole = bytes_of(fs.solve(PULLEY), tmp_path)
     part = fs.solve(PULLEY, progress=stopping_at(0.3))
-    assert part.checkpoint is not None
+    assert part.record.checkpoint is not None
     further = fs.resume(part, progress=stopping_at(1.2))
     assert (further.status, further.path) == ("interrupted", None)
     result = fs.resume(further, check=True)
-    assert (result.status, result.checkpoint, result.path) == ("done", None, None)
+    assert (result.status, result.record.checkpoint, result.path) == ("done", None, None)
     assert bytes_of(result, tmp_path) == whole
     # The parts are as they were.
     assert bytes_of(fs.resume(part), tmp_path) == whole

@@ -12,7 +12,7 @@ import xarray
 import frictionsim as fs
 from frictionsim.results import Record
 from tests.support.belt_kernels import sampling
-from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, trio
+from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, shipped, trio
 from tests.support.falsified import falsified
 from tests.support.scenarios import Scenario, run_anew, scenario_run, simulate
 
@@ -170,6 +170,25 @@ def test_static_prints_the_rest_position(
     assert quantities["shaft_load_driven"] == pytest.approx(400.0, rel=0.02)
     assert fs.run_command_line(["static", str(path)]) == 0
     assert "residual" in capsys.readouterr().out
+
+
+def test_the_depth_of_contact_is_that_of_the_first_sample_and_of_the_tension() -> None:
+    data = shipped("belt_firm_contact", solver__duration=1e-5, output__interval=1e-5)
+    quantities, done = fs.static(fs.load(data)), simulate(data)
+    contact = data["effects"]["contact"]
+    for j, pulley in enumerate(data["mechanism"]["pulleys"]):
+        x, y = (
+            done.channels[name][0] - at for name, at in zip("xy", pulley["center"], strict=True)
+        )
+        depth = pulley["radius"] - np.hypot(x, y)[done.channels["pulley_index"][0] == j]
+        value = quantities[f"contact_depth_{pulley['name']}"].value
+        assert value == pytest.approx(np.mean(depth), rel=1e-9)
+        # N = T l/R = c1 p^2 + c2 p; the bodies at the ends of an arc are pressed less.
+        force = 555.0 * quantities["body_length"].value / pulley["radius"]
+        share = contact["reference_bodies"] / data["mechanism"]["belt"]["bodies"]
+        c1, c2 = share * contact["c1"], share * contact["c2"]
+        expected = 2.0 * force / (c2 + np.sqrt(c2 * c2 + 4.0 * c1 * force))
+        assert value == pytest.approx(expected, rel=0.1)
 
 
 @pytest.mark.parametrize("without", [{}, NO_MOTION_ACROSS], ids=["in the plane", "guided"])

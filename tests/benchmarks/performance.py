@@ -316,8 +316,8 @@ from frictionsim.sweeps.outcomes import completed, header_of
 from frictionsim.sweeps.study_file import SweepOptions, SweepStudy, study_toml
 from frictionsim.sweeps.values import values_of
 runs, path = int(sys.argv[1]), Path(sys.argv[2])
-keys = {"mechanism.load": values_of("mechanism.load", "normal(2200.0, 50.0)"),
-        "mechanism.inertia": values_of("mechanism.inertia", "uniform(1.0, 2.0)")}
+keys = {"mechanism.load": values_of("normal(2200.0, 50.0)"),
+        "mechanism.inertia": values_of("uniform(1.0, 2.0)")}
 options = SweepOptions.of(vary=keys, sample=runs, method="random", seed=1)
 study = SweepStudy(fs.load(sys.argv[3]), options, Path())
 design = design_of(keys, sampling=options.sampling)

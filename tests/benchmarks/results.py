@@ -30,6 +30,7 @@ from tests.benchmarks.results_common import (
     write,
 )
 from tests.benchmarks.results_guided import creep, drawn_belts
+from tests.benchmarks.results_slip import slip
 from tests.support.problems import RAMP
 
 PICTURES = ("pulley_return", "marble_machine", "epicyclic")
@@ -200,6 +201,7 @@ PARTS: dict[str, Callable[[], None]] = {
     "energy": energy,
     "drawn": drawn_belts,
     "creep": creep,
+    "slip": slip,
 }
 
 

@@ -1,5 +1,6 @@
 """An error that ends a command is reported by its origin: a bug of ours or of a plug-in."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -54,14 +55,21 @@ def test_debug_shows_the_traceback(here: Path) -> None:
             fs.run_command_line(["--debug", "static", "s.toml"])
 
 
-@pytest.mark.parametrize("fault", ["1 / 0", "__import__('numpy').linalg.inv([[0.0]])"])
-def test_a_bug_of_a_plug_in_names_it(fault: str, told: Run) -> None:
-    """Also if a library that it calls fails."""
+@pytest.mark.parametrize(
+    ("fault", "kind"),
+    [
+        ("1 / 0", "ZeroDivisionError"),
+        ("__import__('numpy').linalg.inv([[0.0]])", "LinAlgError"),
+        ("start_of(None)", "AttributeError"),
+    ],
+)
+def test_a_bug_of_a_plug_in_names_it(fault: str, kind: str, told: Run) -> None:
+    """Also if a library, or a function of ours, fails that it calls."""
     with searched(brake_with(fault)):
         told("new", "block_brake", "s.toml")
         _, err = told("static", "s.toml", code=70)
-    kind = "ZeroDivisionError" if fault == "1 / 0" else "LinAlgError"
     assert err.startswith(f"frictionsim: error in the plug-in frictionsim-brake: {kind}: ")
+    assert re.search(r"\nat \S*block_brake\.py:\d+; ", err)
     assert err.endswith(
         "please report it to the authors of frictionsim-brake with the scenario; --debug before"
         " the command shows the traceback\n"

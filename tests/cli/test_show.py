@@ -153,6 +153,11 @@ def test_several_results_are_shown_side_by_side(told: Run) -> None:
     shown = re.search(r"breakaway_time +(\S+) +(\S+)", out)
     assert shown is not None
     assert [float(text) for text in shown.groups()] == pytest.approx(times, rel=1e-9)
+    told("sweep", PULLEY, "--vary", "solver.duration=[0.1]", "-o", "sweep.h5", "-q")
+    files = ["0.2.h5", "0.3.h5", "sweep.h5"]  # one after the other, as of the file alone
+    alone = [strict_json(told("show", file, "--json")[0]) for file in files]
+    assert strict_json(told("show", *files, "--json")[0]) == alone
+    assert [(one["output"], one["kind"]) for one in alone[:2]] == [(f, "pulley") for f in files[:2]]
 
 
 @pytest.mark.parametrize("command", ["show", "plot", "resume"])

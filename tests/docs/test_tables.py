@@ -128,7 +128,7 @@ def test_the_quantities_of_a_belt_at_rest_are_those_of_the_page() -> None:
 
 def test_the_quantities_of_a_belt_run_exist() -> None:
     for name in quantity_units("belt_drive"):
-        assert re.sub("(?<=_)(driver|driven)", "{}", name) in texts(), name
+        assert re.sub("(?<=_)(driver|driven|clean|patch)", "{}", name) in texts(), name
 
 
 def test_the_keys_of_json_are_those_of_the_page() -> None:

@@ -162,6 +162,58 @@ def test_torques_of_impending_motion_bound_the_stick_band() -> None:
     assert quantities["uniform_torque_mean_published"].value == pytest.approx(0.45, rel=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("formulation", "most", "at", "least", "at_least"),
+    [
+        ("consistent", 3.1253352, 0.358, -2.52528, 180.0),
+        ("published", 5.3942715, 0.205, -4.494272, 180.205),
+    ],
+)
+def test_the_peak_of_eq_28(
+    formulation: str, most: float, at: float, least: float, at_least: float
+) -> None:
+    scenario = fs.load("epicyclic", {"mechanism.formulation": formulation})
+    for values in (fs.static(scenario), fs.solve(scenario, {"solver.duration": 0.1}).quantities):
+        seen = {name: values[f"uniform_torque_{name}"].value for name in ("max", "min")}
+        assert seen == pytest.approx({"max": most, "min": least}, abs=5.1e-7)  # digits given
+        angles = [values[f"uniform_torque_{name}_angle"].value for name in ("max", "min")]
+        assert np.degrees(angles) == pytest.approx([at, at_least], abs=5.1e-4)
+
+
+def test_the_extremes_of_eq_28_are_those_of_a_turn() -> None:
+    """Over 100 drawn gears, at 20 000 angles and at the given ones."""
+    rng = np.random.default_rng(9)
+    turn = np.linspace(0.0, 2.0 * pi, 20_001)
+    for number in range(100):
+        published, inside = number % 2 == 1, number % 4 > 1
+        couple, arm = rng.uniform(0.0, 1.0), rng.uniform(0.0, 0.02)
+        planet = 0.12 * rng.uniform(0.1, 0.9)
+        data = gear(
+            mechanism__formulation="published" if published else "consistent",
+            mechanism__mesh="internal" if inside else "external",
+            mechanism__planet_radius=planet,
+            effects__hinge_friction={"torque_static": couple, "torque_kinetic": couple},
+            effects__rolling_friction__arm=arm,
+        )
+        values = {name: each.value for name, each in fs.static(data).items()}
+        length = 0.12 - planet if inside else 0.12 + planet
+        turns, weight = length / planet, 1.2 * 9.81
+
+        def torque(phi: Any, K: float, C: float, F: float, is_signed: bool = published) -> Any:
+            return C + K * np.cos(phi) + F * (np.sin(phi) if is_signed else np.abs(np.sin(phi)))
+
+        K = (0.5 * 0.8 * 9.81 + weight * (1 + published)) * length
+        of_gear = K, couple * (turns if published else 0.12 / planet), arm * weight * turns
+        sampled, size = torque(turn, *of_gear), sum(of_gear)
+        for name, extreme in (("max", sampled.max()), ("min", sampled.min())):
+            known = torque(values[f"uniform_torque_{name}_angle"], *of_gear)
+            assert values[f"uniform_torque_{name}"] == pytest.approx(known, abs=1e-14 * size)
+            # Between two angles the torque goes on by at most its slope at a kink, or h^2/8.
+            assert values[f"uniform_torque_{name}"] == pytest.approx(extreme, abs=2e-8 * size)
+        assert values["uniform_torque_max"] >= sampled.max() - 1e-14 * size
+        assert values["uniform_torque_min"] <= sampled.min() + 1e-14 * size
+
+
 starts = st.floats(-180.0, 180.0)
 speeds = st.floats(-10.0, 10.0)
 torques = st.floats(-6.0, 6.0)

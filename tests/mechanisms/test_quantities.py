@@ -139,7 +139,7 @@ def gears_with_points(draw: st.DrawFn) -> Scenario:
     if rolling["normal_load"] == "weight" and draw(st.booleans()):
         data["mechanism"]["formulation"] = "published"
     if draw(st.booleans()):
-        data["effects"]["tracer_point"] = draw(points([0.06, 0.06, 0.0, 0.03]))
+        data["effects"]["tracer_point"] = draw(points([0.06, 0.06, 0.0, 0.03, 0.066]))
     return data
 
 
@@ -165,7 +165,7 @@ def gears_that_dwell(draw: st.DrawFn) -> Scenario:
     else:
         data["drive"]["torque"] = draw(ends) * 2.0
         data["mechanism"]["initial_angular_velocity"] = way * speed
-    data["effects"]["tracer_point"] = draw(points([0.06, 0.03]))
+    data["effects"]["tracer_point"] = draw(points([0.06, 0.03, 0.066]))
     return data
 
 
@@ -196,7 +196,7 @@ def bodies(draw: st.DrawFn) -> Scenario:
 
     gravity = {"gravity": {"g": 9.81}} if draw(st.booleans()) else {}
     effects = {
-        "shaft_friction": shafts(0.1),
+        "shaft_friction": shafts(0.1, pressed=20.0),
         "viscous_damping": st.just({"coefficient": 0.3}),
         "torsion_spring": st.just({"stiffness": 4.0, "free_angle_deg": 20.0}),
         "eccentric_mass": st.just({"mass": 1.5, "radius": 0.2, "azimuth_deg": 50.0}),

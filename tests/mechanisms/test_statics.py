@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -47,6 +48,33 @@ def test_statics_agree_with_the_paper(name: str) -> None:
     # the radii are printed with four digits.
     rel = 1.6e-4 if name.startswith("friction") else 5e-5
     assert fs.static(pulley())[name].value == pytest.approx(PRINTED[name], rel=rel)
+
+
+def test_the_textbook_s_friction_radius() -> None:
+    """r mu in the place of r mu/sqrt(1 + mu^2): what the page about the pulley has of it."""
+    textbook = {"shaft_radius": 0.0254, "mu_s": 0.2041241452, "mu_k": 0.1}
+    values = {n: q.value for n, q in fs.static(pulley(effects__shaft_friction=textbook)).items()}
+    assert values["friction_radius_static"] == pytest.approx(0.0254 * 0.2, rel=1e-9)
+    names = ("force_to_lift", "force_to_hold", "force_to_lift_horizontal")
+    assert [values[name] for name in names] == pytest.approx([2718.3, 1819.7, 2563.5], abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "roots"),
+    [
+        ((638.96, 2869.80e3, 3160.68e6), (2556.365, 1935.021)),
+        ((638.7, 2869.6e3, 3149e6), (2587.3, 1905.6)),  # as printed
+    ],
+)
+def test_the_coefficients_of_eq_47(coefficients: Any, roots: Any) -> None:
+    a, b, c = coefficients
+    r_s = 1e3 * EXACT["friction_radius_static"]
+    exact = (50.8**2 - r_s**2) / 4.0, LOAD * 50.8**2 / 2.0, (50.8**2 - r_s**2) / 4.0 * LOAD**2
+    is_right = roots[0] < 2560.0
+    assert (exact == pytest.approx(coefficients, rel=1e-5)) == is_right  # its digits
+    found = sorted(np.roots([a, -b, c]), reverse=True)
+    # Near a double root, five digits of the coefficients leave four of the roots.
+    assert found == pytest.approx(roots, rel=1e-4 if is_right else 2e-5)
 
 
 def test_static_forces_use_the_direction_of_the_scenario() -> None:

@@ -1,4 +1,4 @@
-"""Dwell and cusps of the tracer point of a gear: by the path, whatever the samples."""
+"""Dwell, swing and cusps of the tracer point of a gear: by the path, whatever the samples."""
 
 from math import pi
 from typing import Any
@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 import frictionsim as fs
 
@@ -86,12 +86,73 @@ def test_the_dwell_of_the_case_is_known() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rho", "dwell"),
-    [(0.054, 0.0770), (0.060, 0.0836), (0.063, 0.0814), (0.066, 0.0759), (0.072, 0.0595)],
+    ("rho", "dwell", "swing"),
+    [
+        (0.054, 0.0770, 0.0),
+        (0.060, 0.0836, 0.0),
+        (0.063, 0.0814, 1.309e-3),
+        (0.066, 0.0759, 3.618e-3),
+        (0.072, 0.0595, 9.798e-3),
+    ],
 )
-def test_a_point_just_off_the_rim_dwells_longest_on_it(rho: float, dwell: float) -> None:
-    run = gear({"speed": 4.0}, 5.0, (0.12, 0.06), radius=rho, dwell_distance=5e-3)
-    assert value(run, "tracer_dwell_time") == pytest.approx(dwell, abs=5e-5)  # digits given
+def test_a_point_beyond_the_rim_swings_while_it_dwells(
+    rho: float, dwell: float, swing: float
+) -> None:
+    run = fs.load("epicyclic_dwell", {"effects.tracer_point.radius": rho})
+    values = {name: each.value for name, each in fs.solve(run).quantities.items()}
+    assert values["tracer_dwell_time"] == pytest.approx(dwell, abs=5.1e-5)  # digits given
+    assert values["tracer_swing"] == pytest.approx(swing, abs=5.1e-7)
+    # At a uniform speed the angle is the time, and both are exact but for roundings.
+    assert values["tracer_dwell_angle"] == pytest.approx(4.0 * values["tracer_dwell_time"])
+    static = fs.static(run)
+    for name in ("tracer_swing", "tracer_dwell_angle"):
+        assert static[name].value == values[name]
+    # lambda = 3: L cos p = rho 3 (4 cos^3 p - 3 cos p) has cos^2 p = (L/(3 rho) + 3)/4.
+    cosine = np.sqrt(min((0.18 / (3.0 * rho) + 3.0) / 4.0, 1.0))
+    sine = np.sqrt(1.0 - cosine**2)
+    known = 2.0 * abs(0.18 * sine - rho * (3.0 * sine - 4.0 * sine**3))
+    assert values["tracer_swing"] == pytest.approx(known, rel=1e-12, abs=1e-17)
+
+
+@pytest.mark.parametrize("mesh", ["external", "internal"])
+def test_swing_and_dwell_angle_are_those_of_the_path(mesh: str) -> None:
+    """Over 100 drawn gears: of the path from the place of least speed on, where y first returns."""
+    rng, swings = np.random.default_rng(8), 0
+    for _ in range(100):
+        sun = rng.uniform(0.05, 0.3)
+        planet = sun * rng.uniform(0.1, 0.9 if mesh == "internal" else 2.0)
+        rho, distance = planet * rng.uniform(0.8, 1.6), planet * rng.uniform(0.02, 0.5)
+        data = gear({"speed": 1.0}, 1.0, (sun, planet), radius=rho, dwell_distance=distance)
+        static = fs.static(data.replace({"mechanism.mesh": mesh}))
+        length = sun - planet if mesh == "internal" else sun + planet
+        # The point is on the x axis at first, on the side of the sun or ring.
+        side, turns = (1.0, -length / planet) if mesh == "internal" else (-1.0, length / planet)
+
+        def place(p: Any, L: float = length, r: float = side * rho, turns: float = turns) -> Any:
+            return L * np.exp(1j * p) + r * np.exp(1j * turns * p)
+
+        p = np.linspace(0.0, TURN, 20_001)
+        far = np.abs(place(p) - place(0.0)) - distance
+        beyond = np.flatnonzero(far > 0.0)
+        if beyond.size:
+            at = int(beyond[0])
+            ends = p[at - 1], p[at]
+            end = brentq(lambda x, d: abs(place(x) - place(0.0)) - d, *ends, args=(distance,))
+            assert static["tracer_dwell_angle"].value == pytest.approx(2.0 * end, rel=1e-9)
+        else:
+            assert static["tracer_dwell_angle"].value is None
+        turned = np.flatnonzero(np.diff(place(p).imag) > 0.0)
+        if rho <= planet or not turned.size:
+            assert static["tracer_swing"].value == (0.0 if rho <= planet else None)
+            continue
+        at, swings = int(turned[0]), swings + 1
+        lowest = minimize_scalar(
+            lambda x: place(x).imag, bounds=(p[max(at - 1, 0)], p[at + 1]), method="bounded"
+        )
+        # The place of an extremum is found to 1e-5 of an interval of 3e-4.
+        known = -2.0 * float(lowest.fun)
+        assert static["tracer_swing"].value == pytest.approx(known, rel=1e-9, abs=1e-15)
+    assert swings > 50
 
 
 @settings(max_examples=12)

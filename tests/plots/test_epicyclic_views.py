@@ -5,7 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
+from matplotlib.patches import FancyArrowPatch
 
+from frictionsim.display import ROLES
 from frictionsim.results import Record
 from tests.support.records import draw, shown
 
@@ -54,17 +57,19 @@ def marks(record: Record) -> tuple[Any, list[str]]:
     return places, [text.get_text() for text in figure.legends[0].get_texts()]
 
 
+@pytest.mark.parametrize(("mesh", "angle_deg"), [("external", 180.0), ("internal", 0.0)])
 @pytest.mark.parametrize("cusps", [2, 3, 5])
-def test_an_epicycloid_has_its_cusps_on_the_sun(cusps: int) -> None:
-    """Those of z = sun/planet cusps are at the angles 2 pi k/z, where the point is on the sun."""
-    places, words = marks(gear(sun=0.06 * cusps))
+def test_the_cusps_are_on_the_sun_or_ring(cusps: int, mesh: str, angle_deg: float) -> None:
+    """Those of z = sun/planet cusps are at the angles 2 pi k/z, where the point is on it."""
+    record = gear(0.06 * cusps, angle_deg=angle_deg, mechanism__mesh=mesh)
+    places, words = marks(record)
     known = 2.0 * pi * np.arange(cusps) / cusps
     expected = 0.06 * cusps * np.column_stack([np.cos(known), np.sin(known)])
     assert places.shape == expected.shape
     for place in expected:
         assert np.min(np.hypot(*(places - place).T)) < 1e-12
     assert f"{cusps + 1} cusps" in words  # the first one twice, in just over a turn
-    assert gear(sun=0.06 * cusps).quantities["tracer_cusps"].value == cusps + 1
+    assert record.quantities["tracer_cusps"].value == cusps + 1
 
 
 @pytest.mark.parametrize("tracer", [0.0599, 0.0601, 0.03, 0.0])
@@ -86,10 +91,56 @@ def test_the_longest_dwell_is_that_of_the_summary() -> None:
     dwell = record.quantities["tracer_dwell_time"].value
     figure = draw(record, "path")
     assert f"longest dwell, {dwell:.4g} s" in marks(record)[1]
-    lines = [line for ax in figure.axes for line in ax.lines]
-    thick = next(line for line in lines if str(line.get_label()).startswith("longest dwell"))
-    middle = len(thick.get_xdata()) // 2  # of an even number of points, the one beside it
-    x, y = (np.mean(data[middle - 1 : middle + 1]) for data in thick.get_data())
-    far = np.hypot(thick.get_xdata() - x, thick.get_ydata() - y)
-    assert far[[0, -1]] == pytest.approx(0.004, rel=1e-3)  # the middle is between two points
-    assert np.hypot(x, y) == pytest.approx(0.12, rel=1e-4)  # it dwells at a cusp
+    for ax in drawings(figure):
+        points = marked(ax, "cord")
+        x, y = points[len(points) // 2]
+        assert np.hypot(x, y) == pytest.approx(0.12, rel=1e-12)  # it dwells at a cusp
+        far = np.hypot(*(points[[0, -1]] - (x, y)).T)
+        assert far == pytest.approx(0.004, rel=1e-12)
+
+
+def drawings(figure: Any) -> list[Any]:
+    """Return the Axes of the whole and of what is enlarged."""
+    return [ax for ax in figure.axes if ax.patches]
+
+
+def marked(ax: Any, role: str) -> Any:
+    """Return the points of a part of the path in the colour of a role, (n, 2)."""
+    colour = to_rgba(ROLES[role])
+    (line,) = (
+        each
+        for each in ax.collections
+        if len(each.get_segments()) and tuple(each.get_color()[0]) == colour
+    )
+    pieces = np.array(line.get_segments())
+    return np.concatenate([pieces[:, 0], pieces[-1:, 1]])
+
+
+@pytest.mark.parametrize(("mesh", "angle_deg"), [("external", 180.0), ("internal", 0.0)])
+def test_the_swing_of_a_point_beyond_the_rim_is_marked(mesh: str, angle_deg: float) -> None:
+    record = gear(0.24, 0.066, angle_deg, mechanism__mesh=mesh)
+    swing = record.quantities["tracer_swing"].value
+    figure, words = draw(record, "path"), marks(record)[1]
+    assert f"swing, {swing:.4g} m" in words
+    assert not any("cusp" in text for text in words)
+    for ax in drawings(figure):
+        points = marked(ax, "marked")
+        assert np.hypot(*(points[-1] - points[0])) == pytest.approx(swing, rel=1e-9)
+    whole, detail = drawings(figure)
+    low, high = detail.get_ylim()
+    assert high - low < 3.0 * max(swing, 0.005) < 0.1 * np.ptp(whole.get_ylim())
+    assert "tracer point" in words
+    # No point of the planet within its rim swings.
+    assert not any("swing" in text for text in marks(gear(tracer=0.06))[1])
+
+
+def test_the_path_is_in_front_and_its_view_has_no_forces() -> None:
+    record = gear()
+    path, still = draw(record, "path"), draw(record, "mechanism")
+    assert not any(isinstance(p, FancyArrowPatch) for ax in path.axes for p in ax.patches)
+    words = [text.get_text() for text in still.legends[0].get_texts()]
+    assert "weight of the planet, 11.77 N" in words
+    assert "couple of the hinge on the planet, \N{MINUS SIGN}0.15 N m" in words
+    load = abs(1.2 * 9.81 * np.sin(record.channels["angle"][-1]))
+    assert f"force of the mesh on the planet, {load:.4g} N" in words
+    assert sum(isinstance(p, FancyArrowPatch) for ax in still.axes for p in ax.patches) == 3

@@ -207,7 +207,10 @@ def test_a_drive_that_is_zero_throughout_has_no_panel(drive: str) -> None:
 
 def test_a_cord_that_cannot_slip_has_no_view_of_its_traction(told: Any, here: Path) -> None:
     fs.Result(solved(SLACK_ROPE)).save(here / "a.h5")
-    assert told("plot", "a.h5", "--view", "all")[0] == "a-response.png\na-mechanism.png\n"
+    assert (
+        told("plot", "a.h5", "--view", "all")[0]
+        == "a-response.png\na-friction.png\na-mechanism.png\n"
+    )
 
 
 def test_limits_are_drawn_with_a_chosen_channel_and_without_masses() -> None:

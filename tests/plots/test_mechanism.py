@@ -54,6 +54,23 @@ def test_the_key_has_each_force_with_its_size_at_the_instant() -> None:
 
 
 @pytest.mark.parametrize("name", VIEW)
+def test_arrows_of_two_stills_of_a_run_are_on_one_scale(name: str) -> None:
+    """The bar of the scale is as long, per newton, at the start as where forces are largest."""
+    record = shown(name)
+    largest = int(np.argmax(record.channels["shaft_reaction"]))
+    per_newton, widths = [], []
+    for time in (record.time[0], record.time[largest]):
+        figure = drawn(record, VIEW[name], time=float(time))
+        ((words, length),) = [
+            bar for bar in scale_bar(figure.axes[1]).items() if bar[0].endswith(" N")
+        ]
+        per_newton.append(length / float(words.removesuffix(" N")))
+        widths.append(figure.axes[1].get_xlim())
+    assert per_newton[0] == pytest.approx(per_newton[1], rel=1e-9)
+    assert widths[0] == pytest.approx(widths[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("name", VIEW)
 def test_the_whole_stands_beside_its_enlarged_circles_with_scales(name: str) -> None:
     figure = drawn(shown(name), VIEW[name])
     text, whole, detail = figure.axes

@@ -31,7 +31,9 @@ def test_view_all_draws_each_view_that_has_channels_into_its_own_file(
     gear = shipped("epicyclic", solver__duration=0.3, effects__tracer_point=None)
     fs.Result(simulate(gear)).save(here / "gear.h5")
     out, err = told("plot", "gear.h5", "--view", "all")
-    assert out.split() == ["gear-response.png", "gear-torque.png"]
+    assert out.split() == [
+        f"gear-{view}.png" for view in ("response", "friction", "torque", "mechanism")
+    ]
     assert all((here / name).is_file() for name in out.split())
     assert "view skipped: cannot draw the view 'path'" in err
     out, err = told("plot", "gear.h5", "--view", "path", code=2)

@@ -63,6 +63,7 @@ UNITS = "N m|rad/s²|rad/s|rad|m/s|m|N|s|%|J|kg m²"
 WITHOUT = {  # numbers without a unit
     "turns from the horizontal",
     "counterweight's tension / car's",
+    "friction over its static limit",
 }
 
 

@@ -45,9 +45,8 @@ def test_the_planet_is_drawn_at_an_instant_on_the_whole_path() -> None:
     assert all(map(np.array_equal, drawn[0], moved[0]))
     last = int(np.flatnonzero(times(shown(GEAR)) <= 1.0)[-1])
     place = [shown(GEAR).channels[f"tracer_{axis}"][last] for axis in "xy"]
-    point = early.axes[1].patches[-1]
-    centre = point.get_transform() - early.axes[1].transData
-    assert centre.transform((0.0, 0.0)) == pytest.approx(place)
+    (point,) = (line for line in early.axes[1].lines if line.get_marker() == "o")
+    assert np.ravel(point.get_data()) == pytest.approx(place)
 
 
 def test_a_window_has_its_samples_and_those_around_it() -> None:

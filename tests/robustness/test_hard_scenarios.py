@@ -288,6 +288,7 @@ EXPECTED_WARNINGS = {
     "load_through_zero": ["cannot push"],
     "motor_stalls": ["not above", "stands still"],
     "motor_runs_back": ["not above", "ran back"],
+    "no_static_friction": ["no effect, zero throughout"],
     "huge_inertia": ["that of a disc of 7.75e+06 kg"],
 }
 

@@ -159,12 +159,11 @@ PRESSED: Scenario = {
 }
 
 
-def test_a_mass_without_weight_and_friction_without_load_are_told() -> None:
-    mass, friction = fs.load(PRESSED).warnings()
+def test_a_mass_without_weight_is_told() -> None:
+    (mass,) = fs.load(PRESSED).warnings()
     assert mass.startswith("mechanism.mass has no effect")
-    assert friction.startswith("effects.shaft_friction has no effect")
     assert fs.load(PRESSED, {"effects.gravity.g": 9.81}).warnings() == []
-    assert fs.load(PRESSED, {"mechanism.mass": 0.0}).warnings() == [friction]
+    assert fs.load(PRESSED, {"mechanism.mass": 0.0}).warnings() == []
 
 
 def test_a_cord_on_the_other_side_has_a_radius_too() -> None:

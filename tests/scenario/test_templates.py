@@ -122,7 +122,8 @@ def test_each_key_and_its_meaning_are_there(kind: str) -> None:
         for key, described in table["properties"].items():
             meaning = described.get("description", "")
             value = "$ref" not in described and "additionalProperties" not in described
-            value = value and "$ref" not in described.get("items", {})
+            (form, *_) = described.get("oneOf", [described.get("items", {})])
+            value = value and "$ref" not in form
             assert not value or re.search(rf"^(# )*{key} =", flat, re.MULTILINE), key
             assert meaning.removesuffix(f" Unit: {described.get('unit')}.") in flat, key
     # Two more, where a table is commented out.

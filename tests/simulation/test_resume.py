@@ -98,7 +98,8 @@ def test_an_unfinished_file_has_the_samples_once(
     whole = fs.solve(scenario, output=tmp_path / "whole.h5")
     part = fs.solve(scenario, progress=interrupted_at(0.7))
     path, again = part.save(tmp_path / "part.h5"), tmp_path / "again.h5"
-    samples = sum(v.nbytes for n, v in part.checkpoint.items() if n.startswith("samples."))
+    state = part.record.checkpoint
+    samples = sum(v.nbytes for n, v in state.items() if n.startswith("samples."))
     assert samples > 5000 * 8 * 10
     assert path.stat().st_size < times * samples + 10**5
     assert fs.resume(path, output=again).status == "done"

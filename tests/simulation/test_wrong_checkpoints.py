@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from frictionsim.api.result import checkpoint_of
 from tests.support.crafted_checkpoints import craft, write_original
 
 State = dict[str, Any]
@@ -68,7 +69,7 @@ def test_errors_of_a_progress_function_are_its_own(tmp_path: Path) -> None:
 
 def test_a_method_without_checkpoints_takes_none(tmp_path: Path) -> None:
     stopped = fs.open(write_original("pulley regularised", tmp_path))
-    record, state = stopped.record, stopped.load_checkpoint()
+    record, state = stopped.record, checkpoint_of(stopped)
     text = record.attributes["scenario"].replace('"rkf45"', '"radau"')
     record = record._replace(attributes={**record.attributes, "scenario": text}, checkpoint=state)
     with pytest.raises(fs.InputError, match="its backend leaves no state to resume from"):

@@ -123,4 +123,4 @@ def find_contacts(belt: Belt, state: Array) -> None:
 
 def rates(t: float, h: float, state: Array, rate: Array, belt: Belt) -> None:
     """Write the rate of a state; h is the length of the step, s, for a creep without a time."""
-    kernels.rhs(t, h, state, rate, belt, belt.plane, belt.line, belt.inv_tau)
+    kernels.rhs(t, h, state, rate, belt, belt.plane, belt.line, belt.inv_tau, belt.wear)

@@ -23,7 +23,7 @@ class Samples:
     """The samples of a stopped run, to be changed: columns by name, as views."""
 
     def __init__(self, stopped: fs.Result) -> None:
-        self._record, self._state = stopped.record, dict(stopped.checkpoint or {})
+        self._record, self._state = stopped.record, dict(stopped.record.checkpoint or {})
         names = ("time", *mechanism_of(stopped.record).columns)
         self._places = {name: i for i, name in enumerate(names)}
         self._transitions = np.array(self._state["transitions"])  # time, modes, angle

@@ -58,10 +58,14 @@ def signals(size: float, shortest: float = 1e-9) -> Any:
 
 
 @st.composite
-def shafts(draw: st.DrawFn, thickest: float) -> dict[str, float]:
+def shafts(draw: st.DrawFn, thickest: float, pressed: float = 0.0) -> dict[str, float]:
+    """Draw the friction of a shaft; of some with a normal load of about so many N."""
     mu_s = draw(st.one_of(st.just(0.0), of_size(1e-3, 2.0)))
     mu_k = mu_s * draw(st.sampled_from([0.0, 0.5, 0.99, 1.0]))
-    return {"shaft_radius": thickest * draw(of_size(0.01, 1.0)), "mu_s": mu_s, "mu_k": mu_k}
+    journal = {"shaft_radius": thickest * draw(of_size(0.01, 1.0)), "mu_s": mu_s, "mu_k": mu_k}
+    if pressed and draw(st.integers(0, 3)) == 0:
+        journal["normal_load"] = pressed * draw(of_size(0.01, 10.0))
+    return journal
 
 
 def switched(draw: st.DrawFn, effects: dict[str, Any]) -> dict[str, Any]:
@@ -87,7 +91,7 @@ def pulleys(draw: st.DrawFn) -> Scenario:
         "effects": switched(
             draw,
             {
-                "shaft_friction": shafts(0.05),
+                "shaft_friction": shafts(0.05, pressed=2000.0),
                 "viscous_damping": st.fixed_dictionaries({"coefficient": st.just(inertia)}),
             },
         ),
@@ -116,7 +120,7 @@ def marble_machines(draw: st.DrawFn) -> Scenario:
             draw,
             {
                 "gravity": st.just({"g": 9.81}),
-                "shaft_friction": shafts(0.005),
+                "shaft_friction": shafts(0.005, pressed=2.0),
                 "viscous_damping": st.just({"coefficient": 0.002}),
                 "motor_inertia": st.fixed_dictionaries({"inertia": of_size(1e-6, 1e-3)}),
             },
@@ -132,11 +136,13 @@ def gears(draw: st.DrawFn) -> Scenario:
     # The time has a roundoff of 2e-16 s; at the end of a steep ramp that is an error of the speed.
     speeds = signals(5.0, shortest=1e-5)
     loads = st.sampled_from(["weight", "radial"])
+    sun = draw(of_size(0.02, 0.5))
     return {
         "kind": "epicyclic",
         "mechanism": {
-            "sun_radius": draw(of_size(0.02, 0.5)),
+            "sun_radius": sun,
             "planet_radius": 0.06,
+            "mesh": draw(st.sampled_from(["external", "internal"])) if sun > 0.08 else "external",
             "crank_mass": draw(of_size(0.01, 10.0)),
             "planet_mass": draw(of_size(0.01, 10.0)),
             "initial_angle_deg": draw(st.floats(-180.0, 180.0)),
@@ -209,7 +215,7 @@ def bodies(draw: st.DrawFn) -> Scenario:
             draw,
             {
                 "gravity": st.just({"g": 9.81}),
-                "shaft_friction": shafts(0.04),
+                "shaft_friction": shafts(0.04, pressed=30.0),
                 "viscous_damping": st.fixed_dictionaries({"coefficient": st.just(inertia)}),
                 "eccentric_mass": st.fixed_dictionaries(eccentric),
                 "torsion_spring": st.fixed_dictionaries(spring),

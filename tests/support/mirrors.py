@@ -128,12 +128,13 @@ OF_LIFT = Mirror(
 )  # fmt: skip
 OF_GEAR = Mirror(
     _gear,
-    TURNED | {"drive_torque"},
+    TURNED | {"drive_torque", "planet_velocity"},
     # Without its tracer point; the uniform torque is that of a motion in the positive sense.
     other=frozenset({"tracer_x", "tracer_y", "uniform_torque"}),
     half_turn=frozenset({"angle"}),
 )
-OF_MACHINE = Mirror(_machine, TURNED | {"motor_torque", "load_torque"})
+TEETH = {"tooth_force_tangential", "tooth_force_radial"}
+OF_MACHINE = Mirror(_machine, TURNED | {"motor_torque", "load_torque"} | TEETH)
 # The direction of the loop, the signs of n and t, sides and torques are all turned over.
 OF_BELT = Mirror(
     belt_scenarios.mirrored,

@@ -15,10 +15,10 @@ from tests.support.scenarios import shipped, simulate
 BELTS = {"two pulleys": TWO, "four pulleys": FOUR}
 # Of each kind, the one that is drawn by default first.
 VIEWS = {
-    "pulley": ("response", "traction", "mechanism"),
-    "marble_machine": ("response", "torque", "mechanism"),
-    "epicyclic": ("response", "torque", "path"),
-    "shaft": ("response", "friction_circle"),
+    "pulley": ("response", "friction", "traction", "mechanism"),
+    "marble_machine": ("response", "friction", "torque", "mechanism"),
+    "epicyclic": ("response", "friction", "torque", "path"),
+    "shaft": ("response", "friction", "friction_circle"),
     "belt_drive": ("speeds", "drive", "tension", "body"),
 }
 # All kinds with their effects that change a picture.

@@ -16,7 +16,7 @@ from tests.support.second_way import (
     of_stick_and_slip,
     signal,
 )
-from tests.support.second_way_shafts import shaft_of
+from tests.support.second_way_shafts import pressing, shaft_of
 
 SCANNED = 40_001
 # A root that is so many times as large as most of the others but zeros is beside a pole.
@@ -133,11 +133,16 @@ def with_size(scenario: Table, size: float) -> Table:
     return scenario | {table: rows}
 
 
-def roots(scenario: Table, angle: Any) -> dict[int, Array]:
-    """Return both roots for the size of a load, (2, n), by direction; nan where there is none."""
+def roots(scenario: Table, angle: Any, sliding: bool = False) -> dict[int, Array]:
+    """Return both roots for the size of a load, (2, n), by direction; nan where there is none.
+
+    Of r_s, or of the radius of a body that slides.
+    """
     time, _ = place(scenario)
-    r, at = shaft_of(scenario)[0], at_rest(time, angle)
+    r, at = shaft_of(scenario)[int(sliding)], at_rest(time, angle)
     none, one = (all_loads(with_size(scenario, size), at) for size in (0.0, 1.0))
+    if np.any(load := pressing(scenario, 0.0 * none.moment)):
+        none, one = (of._replace(across=load, up=0.0 * load) for of in (none, one))
     a = [y - x for x, y in zip(none[:3], one[:3], strict=True)]
     square = a[0] ** 2 - r**2 * (a[1] ** 2 + a[2] ** 2)
     cross = none[0] * a[0] - r**2 * (none[1] * a[1] + none[2] * a[2])
@@ -159,13 +164,14 @@ def roots(scenario: Table, angle: Any) -> dict[int, Array]:
     return by_direction
 
 
-def breakaway(scenario: Table) -> dict[str, Seen]:
-    """Return the sizes of impending motion at the angle of the statics."""
+def breakaway(scenario: Table, sliding: bool = False) -> dict[str, Seen]:
+    """Return the sizes of impending motion at the angle of the statics; or of steady motion."""
     if "statics" not in scenario:
         return {}
     label = scenario["statics"]["unknown"].split(".")[1]
     time, degrees = place(scenario)
-    by_direction, at = roots(scenario, np.radians(degrees)), at_rest(time, np.radians(degrees))
+    by_direction = roots(scenario, np.radians(degrees), sliding)
+    at = at_rest(time, np.radians(degrees))
     sizes = [abs(x) for values in by_direction.values() for x in values[:, 0] if np.isfinite(x)]
     none, one = (all_loads(with_size(scenario, size), at) for size in (0.0, 1.0))
     arm = abs(float((one.moment - none.moment)[0]))
@@ -176,7 +182,8 @@ def breakaway(scenario: Table) -> dict[str, Seen]:
         for value, ending in zip(by_direction[s][:, 0], ("", "_second"), strict=True):
             if np.isfinite(value) or not ending:
                 finite = float(value) if np.isfinite(value) else None
-                seen[f"{label}_{direction}{ending}"] = Seen(finite, rounding)
+                keep = "keep_" if sliding else ""
+                seen[f"{label}_{keep}{direction}{ending}"] = Seen(finite, rounding)
     return seen
 
 
@@ -220,20 +227,23 @@ def body_statics(scenario: Table) -> dict[str, Seen]:
     loads = all_loads(scenario, at_rest(time, np.radians(degrees)))
     moment, across, up, terms = (float(x[0]) for x in loads)
     force = float(np.hypot(across, up))
-    margin = r_s * force - abs(moment)
-    rounding = SUM * (terms + r_s * force)
+    limit = r_s * pressing(scenario, force)
+    margin = limit - abs(moment)
+    rounding = SUM * (terms + limit + r_s * force)
     seen = {
         "angle": closed(float(np.radians(degrees))),
         "applied_torque": Seen(moment, rounding),
         "shaft_reaction": Seen(force, SUM * _forces(scenario, time, degrees)),
+        "force_x": Seen(across, SUM * _forces(scenario, time, degrees)),
+        "force_y": Seen(up, SUM * _forces(scenario, time, degrees)),
         "lever_arm": Seen(moment / force, rounding / force + ROUNDING) if force else Seen(None),
-        "static_limit": Seen(r_s * force, rounding),
+        "static_limit": Seen(limit, rounding),
         "static_margin": Seen(margin, rounding),
         "breakaway_direction": Seen(0.0 if margin >= -rounding else float(np.sign(moment))),
         "friction_radius_static": closed(r_s),
         "friction_radius_kinetic": closed(r_k),
     }
-    return seen | breakaway(scenario) | worst(scenario)
+    return seen | breakaway(scenario) | breakaway(scenario, sliding=True) | worst(scenario)
 
 
 def _forces(scenario: Table, time: float, degrees: float) -> float:
@@ -278,5 +288,6 @@ def body(record: Recorded) -> dict[str, Seen]:
         seen |= of_stick_and_slip(record)
     if "shaft_friction" in effects:
         r_k = shaft_of(scenario)[1]
-        seen["energy_friction"] = integral(record.time, r_k * force * np.abs(at.velocity))
+        power = r_k * pressing(scenario, force) * np.abs(at.velocity)
+        seen["energy_friction"] = integral(record.time, power)
     return seen

@@ -28,7 +28,9 @@ class Gear:
         geometry, effects = scenario["mechanism"], scenario["effects"]
         self.published = (formulation or geometry["formulation"]) == "published"
         self.sun, self.planet = geometry["sun_radius"], geometry["planet_radius"]
-        self.length = self.sun + self.planet
+        # A planet in a ring turns the other way: its radius is a negative one.
+        self.inside = geometry.get("mesh") == "internal"
+        self.length = self.sun + (-self.planet if self.inside else self.planet)
         self.crank_mass, self.planet_mass = geometry["crank_mass"], geometry["planet_mass"]
         self.g = effects.get("gravity", {"g": 0.0})["g"]
         hinge = effects.get("hinge_friction", {"torque_static": 0.0, "torque_kinetic": 0.0})
@@ -37,7 +39,7 @@ class Gear:
         self.arm, self.radial = rolling["arm"], rolling["normal_load"] == "radial"
         # Rotations of the planet per turn of the crank: absolute, and relative to the crank.
         self.turns = self.length / self.planet
-        self.relative = self.turns - 1.0
+        self.relative = self.turns + (1.0 if self.inside else -1.0)
         # A rod about its end, and a rolling disc on the crank.
         rod = self.crank_mass * self.length**2 / 3.0
         disc = self.planet_mass * (self.length**2 + 0.5 * (self.planet * self.turns) ** 2)
@@ -73,8 +75,33 @@ class Gear:
         size = self.weights() + float(np.mean(np.abs(torque)))
         return Seen(float(np.mean(torque)), CORNERS * size)
 
+    def uniform(self, start: float) -> dict[str, Seen]:
+        """Return the torques of slow uniform forward rotation, the extremes by sampling, N m."""
+
+        def torque(angle: Array) -> Array:
+            return self.weights() * np.cos(angle) + self.resistance(angle, 0.0)
+
+        at_start = float(torque(np.array([start]))[0])
+        size = self.weights() + float(self.resistance(np.array([0.5 * pi]), 0.0)[0])
+        seen = {
+            "uniform_torque_mean": self.uniform_mean(0.0),
+            "uniform_torque_at_start": Seen(at_start, ROUNDING * size),
+        }
+        for name, sign in (("max", 1.0), ("min", -1.0)):
+            low, high = 0.0, 2.0 * pi if self.published else pi  # of two equal maxima the first
+            for _ in range(2):
+                angle = np.linspace(low, high, PARTS)
+                step, best = angle[1] - angle[0], float(angle[np.argmax(sign * torque(angle))])
+                low, high = max(best - step, low), min(best + step, high)
+            value = float(torque(np.array([best]))[0])
+            seen[f"uniform_torque_{name}"] = Seen(value, ROUNDING * size)
+            # Where it is level to roundoff; without weights that is everywhere.
+            level = np.sqrt(ROUNDING * size / self.weights()) if self.weights() > 0.0 else np.inf
+            seen[f"uniform_torque_{name}_angle"] = Seen(best, level)
+        return seen
+
     def position(self, angle: Array, point: Table) -> tuple[Array, Array]:
-        own = radians(point["angle_deg"]) + self.turns * angle
+        own = radians(point["angle_deg"]) + (-self.turns if self.inside else self.turns) * angle
         x = self.length * np.cos(angle) + point["radius"] * np.cos(own)
         return x, self.length * np.sin(angle) + point["radius"] * np.sin(own)
 
@@ -91,17 +118,20 @@ def gear_statics(scenario: Table) -> dict[str, Seen]:
         forward, backward = balance + holds, balance - holds
         resistance = holds
     size = gear.weights() + abs(resistance)
-    starts = {"uniform_torque_at_start": Seen(forward, ROUNDING * size)}
+    starts = gear.uniform(angle)
     if not gear.published:
-        starts = {
+        starts |= {
             "torque_to_start_forward": Seen(forward, ROUNDING * size),
             "torque_to_start_backward": Seen(backward, ROUNDING * size),
         }
+    if scenario["effects"].get("tracer_point"):
+        starts |= _geometry(gear, scenario["effects"]["tracer_point"])
+    ratio = -gear.turns if gear.inside else gear.turns
     other = "consistent" if gear.published else "published"
     inertia, level = gear.inertia, gear.weights()
     return {
         **starts,
-        "uniform_torque_mean": gear.uniform_mean(0.0),
+        "planet_speed_ratio": Seen(ratio, ROUNDING * abs(ratio)),
         f"uniform_torque_mean_{other}": Gear(scenario, other).uniform_mean(0.0),
         "gravity_moment": Seen(level, ROUNDING * level),
         "inertia": Seen(inertia, ROUNDING * inertia),
@@ -114,7 +144,7 @@ def epicyclic(record: Recorded) -> dict[str, Seen]:
     angle, velocity = channels["angle"], channels["angular_velocity"]
     torque = channels["drive_torque"] if "speed" in drive else signal(drive["torque"], time)
     seen = of_any_motion(record)
-    seen["uniform_torque_mean"] = gear.uniform_mean(0.0)
+    seen |= gear.uniform(radians(scenario["mechanism"]["initial_angle_deg"]))
     if gear.radial:
         seen["uniform_torque_mean_at_final_speed"] = gear.uniform_mean(float(velocity[-1]))
     seen["energy_input"] = integral(time, torque * velocity)
@@ -135,7 +165,23 @@ def epicyclic(record: Recorded) -> dict[str, Seen]:
     if "tracer_point" in effects:
         seen["tracer_cusps"] = _cusps(gear, effects["tracer_point"], angle)
         seen["tracer_dwell_time"] = _dwell(gear, effects["tracer_point"], record)
+        seen |= _geometry(gear, effects["tracer_point"])
     return seen
+
+
+def _geometry(gear: Gear, point: Table) -> dict[str, Seen]:
+    """Return swing and dwell angle from a fine path about the place where the crank is level."""
+    level = radians(0.0 if gear.inside else 180.0)
+    path = {**point, "angle_deg": np.degrees(level)}
+    half = _half_of_a_passage(gear, path, 0.0)
+    dwells = point["radius"] > 0.0 and half < np.inf
+    seen = {"tracer_dwell_angle": Seen(2.0 * half if dwells else None, 4e-5)}
+    away = np.linspace(0.0, 2.0 * pi, 400_001)
+    _, y = gear.position(away, path)
+    turns = np.flatnonzero(np.diff(y) > 0.0)
+    swing = 2.0 * abs(float(y[turns[0]])) if turns.size else None
+    back = point["radius"] > gear.planet
+    return seen | {"tracer_swing": Seen(swing if back else 0.0, 1e-9 if back else 0.0)}
 
 
 def _cusps(gear: Gear, point: Table, angle: Array) -> Seen:
@@ -145,16 +191,16 @@ def _cusps(gear: Gear, point: Table, angle: Array) -> Seen:
     low, high = float(np.min(angle)), float(np.max(angle))
     # There are more than a thousand of these positions between two cusps.
     fine = np.linspace(low, high, 1000 + int(3000 * (high - low) * gear.relative))
-    distance = np.hypot(*gear.position(fine, point))
+    distance = np.abs(np.hypot(*gear.position(fine, point)) - gear.sun)
     padded = np.concatenate([[np.inf], distance, [np.inf]])
     lowest = (distance <= padded[:-2]) & (distance < padded[2:])
-    # From a contact, the distance grows by L rho/r1 (1 - cos) of the angle that the point has
-    # turned: two of those steps, or a rounding at the ends of the range.
+    # From a contact, the distance from the sun or ring grows by L rho/r1 (1 - cos) of the angle
+    # that the point has turned: two of those steps, or a rounding at the ends of the range.
     step = gear.relative * float(fine[1] - fine[0]) if high > low else 0.0
-    near = gear.sun + gear.length * gear.planet / gear.sun * (step * step + 1e-17)
+    near = gear.length * gear.planet / gear.sun * step * step + ROUNDING * gear.sun
     touches = lowest & (distance <= near)
     for end in (0, -1):
-        touches[end] &= bool(distance[end] <= gear.sun * (1.0 + ROUNDING))
+        touches[end] &= bool(distance[end] <= ROUNDING * gear.sun)
     x, y = gear.position(fine, point)
     closed = touches[0] and touches[-1] and np.hypot(x[-1] - x[0], y[-1] - y[0]) < 1e-9 * gear.sun
     if high - low > pi and closed:  # the last cusp is the first
@@ -168,7 +214,8 @@ def _dwell(gear: Gear, point: Table, record: Recorded) -> Seen:
     Times are linear between samples: each end of a passage is an interval off at most.
     """
     time, angle = record.time, record.channels["angle"]
-    near = pi - radians(point["angle_deg"])  # what (lambda - 1) phi is at such a place, and 2 pi k
+    # What the angle of the planet on its crank is at such a place, apart from 2 pi k.
+    near = radians(point["angle_deg"]) if gear.inside else pi - radians(point["angle_deg"])
     half = _half_of_a_passage(gear, point, near / gear.relative)
     passages = []
     for way in (1.0, -1.0):

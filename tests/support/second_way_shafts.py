@@ -1,6 +1,7 @@
 """Independent evaluation of the pulley and of the marble machine, see `second_way`."""
 
 from math import cos, hypot, pi, radians, sin, tan
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,12 @@ def shaft_of(scenario: Table) -> tuple[float, float]:
     return friction_radius(radius, journal["mu_s"]), friction_radius(radius, journal["mu_k"])
 
 
+def pressing(scenario: Table, reaction: Any) -> Any:
+    """Return what presses journal and shaft together, N: the reaction, or a constant load."""
+    load = scenario["effects"].get("shaft_friction", {}).get("normal_load")
+    return reaction if load is None else 0.0 * reaction + load
+
+
 # --- pulley ---------------------------------------------------------------------------------------
 
 
@@ -41,7 +48,8 @@ def forces(scenario: Table, radius: float, direction: str) -> tuple[Seen, Seen]:
     arm, load = scenario["mechanism"]["cord_radius"], scenario["mechanism"]["load"]
 
     def reaction(force: float) -> float:
-        return force + load if direction == "vertical" else hypot(force, load)
+        both = force + load if direction == "vertical" else hypot(force, load)
+        return float(pressing(scenario, both))
 
     def surplus_to_lift(force: float) -> float:
         return (force - load) * arm - radius * reaction(force)
@@ -54,6 +62,8 @@ def forces(scenario: Table, radius: float, direction: str) -> tuple[Seen, Seen]:
     hold = 0.0 if surplus_to_hold(0.0) >= 0.0 else root(surplus_to_hold, 0.0, load)
     # The error of the root is the rounding of two products over the slope of their difference.
     rounding = ROUNDING * (arm + radius) / abs(arm - radius)
+    if pressing(scenario, 0.0):
+        rounding, size = ROUNDING, size + radius * reaction(load) / arm
     return Seen(lift, rounding * max(size, lift or 0.0)), Seen(hold, rounding * size)
 
 
@@ -88,7 +98,8 @@ def pulley(record: Recorded) -> dict[str, Seen]:
         seen |= of_stick_and_slip(record)
         vertical = scenario["drive"]["direction"] == "vertical"
         reaction = np.abs(force + load) if vertical else np.hypot(force, load)
-        seen["energy_friction"] = integral(time, r_k * reaction * np.abs(velocity))
+        load_of_friction = pressing(scenario, reaction)
+        seen["energy_friction"] = integral(time, r_k * load_of_friction * np.abs(velocity))
     return seen
 
 
@@ -104,7 +115,7 @@ def first_breakaway(record: Recorded) -> Seen:
     def surplus(time: Array) -> Array:
         force = signal(scenario["drive"]["force"], time)
         reaction = np.abs(force + load) if vertical else np.hypot(force, load)
-        return np.abs(force - load) * arm - r_s * reaction
+        return np.abs(force - load) * arm - r_s * pressing(scenario, reaction)
 
     duration = scenario["solver"]["duration"]
     time = np.linspace(0.0, duration, 10_001)
@@ -124,6 +135,7 @@ def first_breakaway(record: Recorded) -> Seen:
 class Machine:
     def __init__(self, scenario: Table) -> None:
         geometry, effects = scenario["mechanism"], scenario["effects"]
+        self.scenario = scenario
         self.ratio, self.pitch = geometry["gear_ratio"], 2.0 * pi / geometry["slots"]
         self.mass, self.circle = geometry["marble_mass"], geometry["marble_circle_radius"]
         self.on_rise = geometry["slots"] // 2
@@ -163,13 +175,20 @@ class Machine:
     def reaction(self, torque: Array, weight: float) -> Array:
         return np.hypot(self.sideways * torque, weight - self.up * torque)
 
-    def torques(self, radius: float, delta: float) -> tuple[float | None, float]:
-        """Return the pinion torques to lift and to hold in a position, by bisection, N m."""
-        k, torque, weight = self.ratio, self.load_torque(delta), self.weight(delta)
-        size = (torque + radius * weight) / k or 1.0
+    def torques(
+        self, radius: float, delta: float, weight: float | None = None
+    ) -> tuple[float | None, float]:
+        """Return the pinion torques to lift and to hold in a position, by bisection, N m.
+
+        Of gear and marbles of a weight, N, other than that of a transfer.
+        """
+        k, torque = self.ratio, self.load_torque(delta)
+        weight = self.weight(delta) if weight is None else weight
+        size = (torque + radius * pressing(self.scenario, weight)) / k or 1.0
 
         def friction(torque: float) -> float:
-            return radius * hypot(self.sideways * torque, weight - self.up * torque)
+            reaction = hypot(self.sideways * torque, weight - self.up * torque)
+            return float(radius * pressing(self.scenario, reaction))
 
         lift = root(lambda t: k * t - torque - friction(t), torque / k, size)
         # The smallest holding torque does not exceed that without friction; it may be negative.
@@ -178,7 +197,9 @@ class Machine:
 
     def rounding(self, radius: float) -> float:
         """Return the relative rounding of a root: of products, over the slope of the difference."""
-        teeth = radius * hypot(self.sideways, self.up)
+        teeth = 0.0
+        if not pressing(self.scenario, 0.0):
+            teeth = radius * hypot(self.sideways, self.up)
         return ROUNDING * (self.ratio + teeth) / (self.ratio - teeth)
 
 
@@ -202,7 +223,8 @@ def machine_at_rest(scenario: Table) -> dict[str, Seen]:
         return Seen(value, rounding)
 
     deltas = np.linspace(inside, machine.pitch - inside, 2001)
-    surplus = [machine.load_torque(d) - r_s * machine.weight(d) for d in (0.0, *map(float, deltas))]
+    places = (0.0, *map(float, deltas))
+    surplus = [machine.load_torque(d) - r_s * pressing(scenario, machine.weight(d)) for d in places]
     quantities = {
         "torque_to_lift": seen(lift),
         "torque_to_hold": seen(hold),
@@ -230,21 +252,48 @@ def _ratio(over: float, under: Seen) -> Seen:
 
 
 def machine_statics(scenario: Table) -> dict[str, Seen]:
-    machine = Machine(scenario)
+    machine, (_, r_k) = Machine(scenario), shaft_of(scenario)
     inside, half = 1e-9 * machine.pitch, 0.5 * machine.pitch
     worst = -least(lambda delta: -machine.load_torque(delta), inside, machine.pitch - inside)
-    return machine_at_rest(scenario) | {
-        "load_torque_at_transfer": Seen(machine.load_torque(0.0), ROUNDING * worst),
-        "load_torque_worst": closed(worst),
-        "angle_of_the_worst": closed(half),
-        "friction_radius_static": closed(shaft_of(scenario)[0]),
-        "mesh_force_sideways_per_torque": Seen(
-            machine.sideways, ROUNDING * hypot(machine.sideways, machine.up)
-        ),
-        "mesh_force_down_per_torque": Seen(
-            -machine.up, ROUNDING * hypot(machine.sideways, machine.up)
-        ),
-    }
+    at_rest = machine_at_rest(scenario)
+    weight, seen = machine.weight(half), dict[str, Seen]()
+    for delta, ending in ((0.0, ""), (half, "_worst")):
+        for way, torque in zip(
+            ("lifting", "lowering"), machine.torques(r_k, delta, weight), strict=True
+        ):
+            size = machine.torques(r_k, half, weight)[0] or 0.0
+            seen[f"torque_to_keep_{way}{ending}"] = Seen(torque, machine.rounding(r_k) * size)
+    for way in ("lift", "hold"):
+        torque, rounding = at_rest[f"torque_to_{way}"]
+        if torque is None:
+            continue
+        teeth = scenario["mechanism"]["pinion_radius"]
+        slope = tan(radians(scenario["mechanism"]["pressure_angle_deg"]))
+        up = machine.up * torque - machine.weight(0.0)
+        for name, force in (
+            ("tooth_force_tangential", torque / teeth),
+            ("tooth_force_radial", slope * torque / teeth),
+            ("shaft_force_sideways", machine.sideways * torque),
+            ("shaft_force_down", -up),
+            ("shaft_reaction", hypot(machine.sideways * torque, up)),
+        ):
+            seen[f"{name}_to_{way}"] = Seen(force, 2.0 * rounding / teeth + ROUNDING * abs(up))
+    return (
+        at_rest
+        | seen
+        | {
+            "load_torque_at_transfer": Seen(machine.load_torque(0.0), ROUNDING * worst),
+            "load_torque_worst": closed(worst),
+            "angle_of_the_worst": closed(half),
+            "friction_radius_static": closed(shaft_of(scenario)[0]),
+            "mesh_force_sideways_per_torque": Seen(
+                machine.sideways, ROUNDING * hypot(machine.sideways, machine.up)
+            ),
+            "mesh_force_down_per_torque": Seen(
+                -machine.up, ROUNDING * hypot(machine.sideways, machine.up)
+            ),
+        }
+    )
 
 
 def marble_machine(record: Recorded) -> dict[str, Seen]:
@@ -277,7 +326,8 @@ def marble_machine(record: Recorded) -> dict[str, Seen]:
         weight = (machine.gear_mass + machine.on_rise * machine.mass) * machine.g
         reaction = machine.reaction(torque - inert, weight)
         r_k = shaft_of(scenario)[1]
-        seen["energy_friction"] = integral(time, r_k * reaction * np.abs(velocity))
+        load = pressing(scenario, reaction)
+        seen["energy_friction"] = integral(time, r_k * load * np.abs(velocity))
     return seen
 
 

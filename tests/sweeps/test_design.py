@@ -4,6 +4,8 @@ import csv
 import io
 import tracemalloc
 from itertools import product
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -23,9 +25,9 @@ def run(vary: dict[str, Any], **options: Any) -> fs.Sweep:
 
 def combinations_of(sweep: fs.Sweep, keys: int) -> list[tuple[float, ...]]:
     """Return the values of the keys in the order of the runs, as its table in CSV has them."""
-    text = io.StringIO()
-    sweep.write_csv(text)
-    _, *rows = csv.reader(io.StringIO(text.getvalue()))
+    with TemporaryDirectory() as folder:
+        text = sweep.save_csv(Path(folder) / "runs.csv").read_text()
+    _, *rows = csv.reader(io.StringIO(text))
     return [tuple(map(float, row[1 : 1 + keys])) for row in rows]
 
 

@@ -2,6 +2,7 @@
 
 import os
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from tests.support.sweep_files import planned
 
 PULLEY = (SCENARIOS / "pulley.toml").as_posix()
 MU_S = "effects.shaft_friction.mu_s"
+SHORT = {"solver.duration": 1.0}
 STUDY = f"""
 [study]
 scenario = "{PULLEY}"
@@ -68,6 +70,68 @@ def test_the_scenario_is_looked_for_beside_the_study(tmp_path: Path) -> None:
         f'[study]\nscenario = "p.toml"\n[vary]\n"{MU_S}" = [0.2, 0.3]\n'
     )
     assert "load = 2222.0" in fs.sweep(tmp_path / "study.toml", workers=1).attrs["scenario"]
+
+
+FAULTY = """[study]
+scenario = "p.toml"
+zip = 1
+
+[set]
+solver.atol = -1.0
+"solver.rtoll" = 1e-6
+"mechanism.load" = 3.0
+
+[vary]
+effects.shaft_friction.mu_k = "uniform(3, 1)"
+"mechanism.load,mechanism.inertia" = [3.0]
+"""
+FAULTS = [
+    "study.toml:3: study.zip: should be true or false, got 1",
+    "study.toml:6: set.solver.atol: should be greater than 0, got -1.0",
+    "study.toml:7: set.solver.rtoll: unknown key 'rtoll' (did you mean 'rtol'?)",
+    "study.toml:8: set.mechanism.load: is both set for all runs and varied; leave out one",
+    "study.toml:11: vary.effects.shaft_friction.mu_k: uniform(3, 1): expected a below b",
+    "p.toml:10: mechanism.inertias: unknown key 'inertias' (did you mean 'inertia'?)",
+]
+
+
+def test_all_faults_of_a_study_are_told_with_file_line_and_key(
+    here: Path, told: Callable[..., tuple[str, str]]
+) -> None:
+    text = (SCENARIOS / "pulley.toml").read_text()
+    (here / "p.toml").write_text(text.replace("inertia =", "inertias ="))
+    (here / "study.toml").write_text(FAULTY)
+    *_, err = told("sweep", "study.toml", code=2)
+    assert err.removeprefix("frictionsim: ").splitlines() == FAULTS
+    tables = FAULTY.replace('scenario = "p.toml"', "[study.scenario]").replace(
+        "zip = 1", "kind = 1"
+    )
+    (here / "study.toml").write_text(tables)
+    *_, err = told("sweep", "study.toml", code=2)
+    assert "study.toml:3: study.scenario.kind: expected one of 'pulley'" in err
+
+
+@pytest.mark.parametrize(
+    ("values", "line"),
+    [('["vertical"]\n"effects.shaft_friction.mu_s" = [0.05]', 5), ('["a", "a"]', 4), ('["b"]', 4)],
+)
+def test_a_faulty_combination_is_told_with_the_line_of_its_key(
+    values: str, line: int, tmp_path: Path
+) -> None:
+    path = tmp_path / "study.toml"
+    path.write_text(f'[study]\nscenario = "{PULLEY}"\n[vary]\n"drive.direction" = {values}\n')
+    with pytest.raises(fs.InputError, match=rf"^{path}:{line}: vary"):
+        fs.sweep(path)
+
+
+def test_none_takes_a_key_out_of_runs() -> None:
+    damping = "effects.viscous_damping"
+    swept = fs.sweep(PULLEY, {damping: [None, {"coefficient": 2.0}]}, SHORT | {"title": None})
+    assert swept.coords[damping].values.tolist() == ["none", "{ coefficient = 2.0 }"]
+    free = fs.solve(PULLEY, SHORT | {damping: None})
+    assert swept["final_angle"][0] == free.quantities["final_angle"].value
+    again = fs.sweep(tomllib.loads(swept.attrs["study"]))
+    assert again["final_angle"].equals(swept["final_angle"])
 
 
 SAMPLES = st.fixed_dictionaries(

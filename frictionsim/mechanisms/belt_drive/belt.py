@@ -66,6 +66,8 @@ TORQUE_OVER_TIME, TORQUE_OVER_SPEED, SPEED_OVER_TIME = range(3)
 INPUT_ENERGY, FRICTION_HEAT, DAMPING_HEAT = range(3)
 ENERGIES = 3
 
+CLEAN = "clean"  # the name of the belt outside of patches
+
 # Relaxation time of residual slip: in wave transits of a body, and at most, s. A tenth of it moved
 # slip by 6e-4 and heat by 4e-4 at 150 bodies, slip by 2 % in overload, and by 8 % with pulleys of
 # 7e-5 kg m^2: `moreau` has none.
@@ -99,7 +101,7 @@ class Belt(NamedTuple):
         Bodies; the same up to full vectors; the length of a row.
     angles, speeds, energies, size : int
         Where in a state the pulleys' angles, the speeds of the free ones, and the energies begin,
-        behind the kinematics; its length, up to full vectors.
+        behind the kinematics; its length, up to full vectors, with the works of friction.
     mass, inertia, half : float, kg, kg m^2, m
         Of a body; half of its length.
     turning : float, rad
@@ -201,9 +203,26 @@ class Belt(NamedTuple):
         """Whether static and kinetic friction differ, and the law tells them apart."""
         return self.inv_tau is not None and not np.array_equal(self.con[MU_S], self.con[MU_K])
 
+    @property
+    def wear(self) -> bool | None:
+        """True where states end with the works of friction, else None."""
+        return True if self.size > _full(self.energies + ENERGIES) else None
+
+    def works(self, state: Array) -> Array:
+        """Return the work of friction of each body on each pulley, a view, (pulleys, width), J.
+
+        Of no pulley without wear.
+        """
+        return state[_full(self.energies + ENERGIES) :].reshape(-1, self.width)
+
     def kinematics(self, state: Array) -> Array:
         """Return the kinematics that a state, or its rate, begins with: a view, (rows, width)."""
         return state[: self.angles].reshape(-1, self.width)
+
+
+def _full(count: int) -> int:
+    """Return a count up to full vectors."""
+    return -(-count // BLOCK) * BLOCK
 
 
 def aligned(*shape: int) -> Array:
@@ -218,7 +237,7 @@ def belt_of(scenario: "BeltDriveScenario", body_length: float) -> Belt:
     """Return the belt drive of a scenario with bodies of an unstretched length, m."""
     given, effects, guided = scenario.mechanism.belt, scenario.effects, scenario.guided
     pulleys, n = len(scenario.mechanism.pulleys), given.bodies
-    full = -(-n // BLOCK) * BLOCK
+    full = _full(n)
     width = full + BLOCK
     mass = given.mass_per_length * body_length
     inertia = mass * body_length**2 / 12.0
@@ -247,7 +266,7 @@ def belt_of(scenario: "BeltDriveScenario", body_length: float) -> Belt:
         angles=angles,
         speeds=speeds,
         energies=energies,
-        size=-(-(energies + ENERGIES) // BLOCK) * BLOCK,
+        size=_full(energies + ENERGIES) + (0 if effects.wear is None else pulleys * width),
         mass=mass,
         inertia=inertia,
         half=0.5 * body_length,
@@ -344,20 +363,27 @@ def _contacts(scenario: "BeltDriveScenario", body_length: float, width: int) -> 
     for j, name in enumerate(scenario.mechanism.names):
         own = law.pulleys.get(name, law)
         con[MU_S, j, :n], con[MU_K, j, :n] = own.mu_s, own.mu_k
-    inside = patch_bodies(scenario, body_length)
-    if scenario.effects.patch is not None:
-        con[MU_S, :, :n][:, inside] = scenario.effects.patch.mu_s
-        con[MU_K, :, :n][:, inside] = scenario.effects.patch.mu_k
+    places = patch_of_bodies(scenario, body_length)
+    for i, patch in enumerate(scenario.effects.patches):
+        con[MU_S, :, :n][:, places == i], con[MU_K, :, :n][:, places == i] = patch.mu_s, patch.mu_k
     return con
 
 
-def patch_bodies(scenario: "BeltDriveScenario", body_length: float) -> NDArray[np.bool_]:
-    """Return which bodies are in the patch, (n,); none without one."""
-    patch, n = scenario.effects.patch, scenario.mechanism.belt.bodies
-    if patch is None:
-        return np.zeros(n, dtype=bool)
-    centres = (np.arange(n) + 0.5) * body_length
-    return (centres >= patch.start) & (centres < patch.end)
+def patch_of_bodies(scenario: "BeltDriveScenario", body_length: float) -> Indices:
+    """Return the number of the patch that each body is in, (n,); -1 where it is in none."""
+    centres = (np.arange(scenario.mechanism.belt.bodies) + 0.5) * body_length
+    places = np.full(len(centres), -1)
+    for i, patch in enumerate(scenario.effects.patches):
+        places[(centres >= patch.start) & (centres < patch.end)] = i
+    return places
+
+
+def zones_of(scenario: "BeltDriveScenario", body_length: float) -> dict[str, NDArray[np.bool_]]:
+    """Return which bodies are outside of patches, and in those of each name, (n,) each, by name."""
+    places, patches = patch_of_bodies(scenario, body_length), scenario.effects.patches
+    names = [CLEAN, *(patch.name for patch in patches)]
+    of_bodies = np.array(names)[places + 1]
+    return {name: of_bodies == name for name in dict.fromkeys(names)}
 
 
 def _signals(scenario: "BeltDriveScenario") -> list[tuple[int, int, Signal]]:

@@ -39,6 +39,8 @@ CHANNELS = {
         flags=((-1, "none"),),  # a scenario's own pulleys: `channel_info`
     ),
     "tension": Channel("N", "tension, of the joint before the body", "joint"),
+    "friction_work": Channel("J", "friction work of the body on all pulleys", "body"),
+    "pulley_friction_work": Channel("J", "friction work of all bodies on the pulley", "pulley"),
     "energy_input": Channel("J", "work of the torques on the pulleys"),
     "energy_kinetic": Channel("J", "kinetic energy of belt and pulleys"),
     "energy_potential": Channel("J", "energy of springs and contacts, and of the weight"),

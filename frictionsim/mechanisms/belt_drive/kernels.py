@@ -528,13 +528,17 @@ def regularise(
 
 
 @loop
-def rub(a: int, e: int, inv_mass: float, c: Contact, acc: Accelerations) -> tuple[float, float]:
-    """Add what the friction accelerates; return its sum, N, and its power, W."""
+def rub(
+    a: int, e: int, inv_mass: float, c: Contact, acc: Accelerations, worn: Array | None
+) -> tuple[float, float]:
+    """Add what the friction accelerates; return its sum, N, and its power, W; of bodies to worn."""
     force = power = 0.0
     for k in range(np.uint64(a), np.uint64(e)):
         t = c.friction[k]
         force += t
         power += t * c.slip[k]
+        if worn is not None:
+            worn[k] = t * c.slip[k]
         acc.x[k] -= inv_mass * c.kappa[k] * t * c.ny[k]
         acc.y[k] += inv_mass * c.kappa[k] * t * c.nx[k]
     return force, power
@@ -651,13 +655,17 @@ def press_on_line(
 
 
 @loop
-def rub_on_line(a: int, e: int, pull: float, c: Contact, acc: Array) -> tuple[float, float]:
+def rub_on_line(
+    a: int, e: int, pull: float, c: Contact, acc: Array, worn: Array | None
+) -> tuple[float, float]:
     """Add what the friction accelerates, `pull` each unit of it; return its sum and its power."""
     force = power = 0.0
     for k in range(np.uint64(a), np.uint64(e)):
         t = c.friction[k]
         force += t
         power += t * c.slip[k]
+        if worn is not None:
+            worn[k] = t * c.slip[k]
         acc[k] += pull * t
     return force, power
 
@@ -834,8 +842,9 @@ def rhs(
     plane: bool | None,
     line: Line | None,
     inv_tau: float | None,
+    wear: bool | None,
 ) -> None:
-    """Write the rate f of a state y; the last three arguments are fields of the belt.
+    """Write the rate f of a state y; the last four arguments are those of the belt.
 
     h is the length of the step, s, for a creep without a time. The belt's rows have the forces of
     the state afterwards. All is written out here: each further level of parts would be compiled
@@ -889,17 +898,23 @@ def rhs(
             pul[ALPHA, j] = pulley_motion(j, pul[ALPHA, j], pul[TORQUE, j], b)
     for j in range(pul.shape[1]):
         pul[PULL, j] = 0.0
+    works = b.size - pul.shape[1] * w
+    if wear is not None:  # of bodies that are near no pulley
+        for i in range(works, b.size):
+            f[i] = 0.0
     for r in range(b.n_runs[0]):
         j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-        c = contact_of(con, j)
+        c, worn = contact_of(con, j), None
+        if wear is not None:
+            worn = f[works + j * w : works + (j + 1) * w]
         if inv_tau is not None:
             project(a, e, pul[RADIUS, j] * pul[ALPHA, j], c)
         if inv_tau is None:
             regularise(a, e, b.transition, b.creep, b.creep_time, h, c)
         if plane is not None:
-            force, power = rub(a, e, 1.0 / b.mass, c, acc)
+            force, power = rub(a, e, 1.0 / b.mass, c, acc, worn)
         if line is not None:
-            force, power = rub_on_line(a, e, line.senses[j] / b.mass, c, rates[0])
+            force, power = rub_on_line(a, e, line.senses[j] / b.mass, c, rates[0], worn)
         pul[PULL, j] += force
         rubbed += power
     if inv_tau is None:

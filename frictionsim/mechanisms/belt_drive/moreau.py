@@ -412,17 +412,22 @@ def rub_in_step(
     after: float,
     acc: Accelerations,
     c: Contact,
+    worn: Array | None,
 ) -> tuple[float, float]:
     """Add the friction of bodies a to e on a rim; return its impulse, N s, and its heat, J.
 
-    The velocities of the rim are m/s. `slip` becomes that at the end.
+    The velocities of the rim are m/s. `slip` becomes that at the end. Each body's heat adds to
+    worn.
     """
     heat = force = 0.0
     for k in range(np.uint64(a), np.uint64(e)):
         needed = c.yields[k] * (after + c.bias[k])
         t = min(max(needed, -c.backward[k]), c.forward[k])
         left = after + c.bias[k] - t / c.yields[k]
-        heat += 0.5 * t * (before - c.slip[k] + left + c.turned[k])
+        own = 0.5 * t * (before - c.slip[k] + left + c.turned[k])
+        heat += own
+        if worn is not None:
+            worn[k] += own
         force += t
         c.slip[k], c.friction[k], c.sticking[k] = left, t, 1.0 if t == needed else 0.0
         along = c.kappa[k] * t * (1.0 / (mass * h))
@@ -460,6 +465,7 @@ def slide_in_step(
     old: Array,
     new: Array,
     c: Contact,
+    worn: Array | None,
 ) -> tuple[float, float]:
     """Add the friction of points a to e on a line; return its impulse, N s, and its heat, J."""
     force = heat = 0.0
@@ -468,7 +474,10 @@ def slide_in_step(
         t = min(max(needed, -c.backward[k]), c.forward[k])
         v = new[k] + sense * t / mass
         left = after - sense * v
-        heat += 0.5 * t * (before - sense * old[k] + left)
+        own = 0.5 * t * (before - sense * old[k] + left)
+        heat += own
+        if worn is not None:
+            worn[k] += own
         force += t
         new[k], c.slip[k], c.friction[k] = v, left, t
         c.sticking[k] = 1.0 if t == needed else 0.0
@@ -965,6 +974,7 @@ def integrate_plane(
     damping: float | None,
     axial: float | None,
     bending: float | None,
+    wear: bool | None,
 ) -> bool:
     """Take steps of length h, s, of bodies in the plane; return whether the state is finite.
 
@@ -976,7 +986,7 @@ def integrate_plane(
     body = Body(b.n, b.full, b.half, b.mass, b.inertia)
     kin, flat = y[: b.angles].reshape((6, b.width)), s.middle.reshape(b.angles)
     q, v, q_middle, v_middle = y[:half], y[half : b.angles], flat[:half], flat[half:]
-    m = motion_of(kin, s, b.work)
+    m, works = motion_of(kin, s, b.work), b.size - b.pul.shape[1] * b.width
     acc, twisting = m.acc, 1.0 / (h * b.inertia)
     more, bias = None, b.con[BIAS]
     if axial is not None:
@@ -1019,8 +1029,10 @@ def integrate_plane(
         for r in range(b.n_runs[0]):
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
             before, after = rim_speeds(b.pul, j)
-            c = contact_of(b.con, j)
-            force, heat = rub_in_step(a, e, h, b.mass, before, after, acc, c)
+            c, worn = contact_of(b.con, j), None
+            if wear is not None:
+                worn = y[works + j * b.width : works + (j + 1) * b.width]
+            force, heat = rub_in_step(a, e, h, b.mass, before, after, acc, c, worn)
             b.pul[PULL, j] += force
             rubbed += heat
         if damping is not None:
@@ -1046,10 +1058,12 @@ def integrate_line(
     damping: float | None,
     axial: float | None,
     line: Line,
+    wear: bool | None,
 ) -> bool:
     """Take steps of length h, s, of points on a line, as `integrate_plane`."""
     counts, y, y_old, pul = s.counts, s.y, s.y_old, b.pul
     n, full, w, tension = b.n, b.full, b.width, b.work[TENSION]
+    works = b.size - pul.shape[1] * w
     kin, q_middle, v_middle, new = y[: b.angles].reshape((2, w)), s.middle[0], s.middle[1], s.acc[0]
     q, v = kin[0], kin[1]
     starts = steps == 0 and counts[STEPS] == 0
@@ -1080,7 +1094,10 @@ def integrate_line(
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
             c, sense = contact_of(b.con, j), line.senses[j]
             before, after = rim_speeds(pul, j)
-            force, heat = slide_in_step(a, e, b.mass, sense, before, after, v, new, c)
+            worn = None
+            if wear is not None:
+                worn = y[works + j * w : works + (j + 1) * w]
+            force, heat = slide_in_step(a, e, b.mass, sense, before, after, v, new, c, worn)
             pul[PULL, j] += force
             rubbed += heat
         if damping is not None:
@@ -1301,9 +1318,9 @@ class MoreauStepper:
         before, (h, _, axial, bending, _) = self.t, self._plan
         b, s, d, distinct = self._stepped, self._state, self._dampers, self._distinct
         if b.line is None:
-            sound = integrate_plane(steps, h, distinct, s, b, d, b.damping, axial, bending)
+            sound = integrate_plane(steps, h, distinct, s, b, d, b.damping, axial, bending, b.wear)
         else:
-            sound = integrate_line(steps, h, distinct, s, b, d, b.damping, axial, b.line)
+            sound = integrate_line(steps, h, distinct, s, b, d, b.damping, axial, b.line, b.wear)
         if not sound:
             raise NonFinite(
                 f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"

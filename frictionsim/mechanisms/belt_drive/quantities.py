@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.belt import patch_bodies
+from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies, zones_of
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
     mean_power,
@@ -120,7 +120,7 @@ def _periods_to_go(run: "BeltSamples") -> "Array | None":
     terms = [term for drive in run.scenario.drive.values() for term in drive.terms]
     sines = [term.sine for term in terms if isinstance(term, SineTable)]
     frequencies = {sine.frequency_hz for sine in sines if sine.amplitude}
-    patched = bool(patch_bodies(run.scenario, run.body_length).any())
+    patched = bool((patch_of_bodies(run.scenario, run.body_length) >= 0).any())
     if len(frequencies) + patched != 1:
         return None
     if frequencies:
@@ -172,6 +172,11 @@ def quantities_of(run: "BeltSamples") -> Quantities:
     values["final_time"] = time[-1], "s"
     if averaging.periods:
         values["mean_duration"] = np.ptp(time[last]), "s"
+    if run.scenario.effects.wear is not None:
+        zones = zones_of(run.scenario, run.body_length)
+        for (name, inside), work in zip(zones.items(), seen["_zone_work"][-1], strict=True):
+            length = np.sum(inside) * run.body_length
+            values[f"friction_work_{name}"] = work / length if length else None, "J/m"
     values["initial_energy"] = seen["energy_kinetic"][0] + seen["energy_potential"][0], "J"
     for name, energy in seen.items():
         if name.startswith("energy"):

@@ -196,6 +196,7 @@ def advance(
     plane: bool | None,
     line: Line | None,
     inv_tau: float | None,
+    wear: bool | None,
 ) -> int:
     """Evaluate the start, take steps, or interpolate in the last step.
 
@@ -203,7 +204,7 @@ def advance(
     the limit, s, is reached, or a sample time passed, or so many steps are tried; it returns
     RUNNING, or why no further step could be taken from (t, y). INTERPOLATE writes the state at the
     time `sample` in the last step, that of a shorter step; the belt's rows have the forces there.
-    With `distinct` static friction modes have to be remembered. The last three arguments are fields
+    With `distinct` static friction modes have to be remembered. The last four arguments are those
     of the belt. All tasks share one place where the stages stand, and are in one kernel: each that
     calls `rhs` holds a copy of it, which takes seconds to compile.
     """
@@ -212,13 +213,14 @@ def advance(
     kin = s.y[: b.angles].reshape((b.angles // b.width, b.width))
     if task == START:
         b.n_runs[0] = 0
-        rhs(clock[T], clock[H], s.y, s.f, b, plane, line, inv_tau)  # modes depend on the speeds
+        # Modes depend on the speeds.
+        rhs(clock[T], clock[H], s.y, s.f, b, plane, line, inv_tau, wear)
         search(b, kin, plane, line, b.wrap)
-        rhs(clock[T], clock[H], s.y, s.f, b, plane, line, inv_tau)
+        rhs(clock[T], clock[H], s.y, s.f, b, plane, line, inv_tau, wear)
         return RUNNING
     if task == INTERPOLATE and sample >= clock[T]:
         copy(s.y, s.inside)
-        rhs(sample, sample - clock[T_OLD], s.inside, z, b, plane, line, inv_tau)
+        rhs(sample, sample - clock[T_OLD], s.inside, z, b, plane, line, inv_tau, wear)
         return RUNNING
     last = counts[STEPS] + counts[REJECTED] + trials
     t, h, y_new, rejected_here = clock[T_OLD], sample - clock[T_OLD], s.inside, False
@@ -236,18 +238,18 @@ def advance(
                 t, y_new = clock[T], s.y
             h = clipped_step(min(clock[H], max_step), limit - t)
         sum_1(h, rkf.A21, s.y_old, k0, z)
-        rhs(t + rkf.C2 * h, h, z, k1, b, plane, line, inv_tau)
+        rhs(t + rkf.C2 * h, h, z, k1, b, plane, line, inv_tau, wear)
         sum_2(h, rkf.A31, rkf.A32, s.y_old, k0, k1, z)
-        rhs(t + rkf.C3 * h, h, z, k2, b, plane, line, inv_tau)
+        rhs(t + rkf.C3 * h, h, z, k2, b, plane, line, inv_tau, wear)
         sum_3(h, rkf.A41, rkf.A42, rkf.A43, s.y_old, k0, k1, k2, z)
-        rhs(t + rkf.C4 * h, h, z, k3, b, plane, line, inv_tau)
+        rhs(t + rkf.C4 * h, h, z, k3, b, plane, line, inv_tau, wear)
         sum_4(h, rkf.A51, rkf.A52, rkf.A53, rkf.A54, s.y_old, k0, k1, k2, k3, z)
-        rhs(t + h, h, z, k4, b, plane, line, inv_tau)
+        rhs(t + h, h, z, k4, b, plane, line, inv_tau, wear)
         sum_5(h, rkf.A61, rkf.A62, rkf.A63, rkf.A64, rkf.A65, s.y_old, k0, k1, k2, k3, k4, z)
-        rhs(t + rkf.C6 * h, h, z, k5, b, plane, line, inv_tau)
+        rhs(t + rkf.C6 * h, h, z, k5, b, plane, line, inv_tau, wear)
         sum_5(h, D1, D3, D4, D5, D6, s.y_old, k0, k2, k3, k4, k5, y_new)
         if task == INTERPOLATE:
-            rhs(sample, h, y_new, z, b, plane, line, inv_tau)
+            rhs(sample, h, y_new, z, b, plane, line, inv_tau, wear)
             return RUNNING
         error = error_norm(h, k0, k2, k3, k4, k5, s.inv_scale)
         counts[NFEV] += 5
@@ -265,7 +267,7 @@ def advance(
                 return trouble
             continue
         clock[T_OLD], clock[T] = t, limit if h == limit - t else t + h
-        rhs(clock[T], h, s.y, s.f, b, plane, line, inv_tau)
+        rhs(clock[T], h, s.y, s.f, b, plane, line, inv_tau, wear)
         counts[NFEV] += 1
         counts[STEPS] += 1
         counts[SINCE_SEARCH] += 1
@@ -274,7 +276,7 @@ def advance(
         clock[ERROR], rejected_here = error, False
         if distinct and update_modes(b):
             # Other limits of friction: the rates jump.
-            rhs(clock[T], clock[H], s.y, s.f, b, plane, line, inv_tau)
+            rhs(clock[T], clock[H], s.y, s.f, b, plane, line, inv_tau, wear)
             counts[NFEV] += 1
 
 
@@ -348,7 +350,7 @@ class RKF45Stepper:
 
     def _run(self, task: int, limit: float, sample: float, trials: int) -> int:
         b, longest, times = self._belt, self._max_step, (float(limit), float(sample))
-        own = b, b.plane, b.line, b.inv_tau
+        own = b, b.plane, b.line, b.inv_tau, b.wear
         trouble: int = advance(task, self._state, longest, self._distinct, *times, trials, *own)
         return trouble
 

@@ -88,7 +88,7 @@ def _full_slip(run: "BeltSamples") -> Iterator[str]:
         share = float(np.mean(full[:, j]))
         if share > FULL_SLIP_SAMPLES:
             # A patch is there to slip: nothing is to be mended where it does.
-            patched = float(np.mean(run.seen["_patch"][full[:, j]] > 0))
+            patched = float(np.mean(run.seen["_patches"][full[:, j]].any(axis=1)))
             yield (
                 f"the belt slips on '{name}' as a whole in {100.0 * share:.3g} % of the samples,"
                 f" first at t = {run.time[np.argmax(full[:, j])]:.6g} s (it is an event where it"
@@ -124,11 +124,12 @@ def _created_energy(run: "BeltSamples") -> Iterator[str]:
 
 def _untouched_patch(run: "BeltSamples") -> Iterator[str]:
     """Say that a patch of the belt was never on a pulley."""
-    if run.scenario.effects.patch is not None and not run.seen["_patch"].any():
+    touched, several = run.seen["_patches"].any(axis=0), len(run.scenario.effects.patches) > 1
+    for i in np.flatnonzero(~touched):
         yield (
-            "no body of effects.patch is on a pulley in any sample: the patch changes nothing;"
-            f" lay it elsewhere, make it longer than a body, {run.body_length:.4g} m, or let the"
-            " belt run further"
+            f"no body of effects.patch{f'.{i}' if several else ''} is on a pulley in any sample:"
+            " the patch changes nothing; lay it elsewhere, make it longer than a body,"
+            f" {run.body_length:.4g} m, or let the belt run further"
         )
 
 

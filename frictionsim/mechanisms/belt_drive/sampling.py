@@ -10,7 +10,7 @@ import numpy as np
 
 from frictionsim.errors import BeltOffPulleys, Diverged
 from frictionsim.mechanisms.belt_drive import belt as row
-from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Line, patch_bodies
+from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Line, patch_of_bodies, zones_of
 from frictionsim.mechanisms.belt_drive.channels import CHANNELS, BeltSamples
 from frictionsim.mechanisms.belt_drive.energy import (
     Shape,
@@ -38,6 +38,7 @@ LIGHT = 0.02
 MAX_PENETRATION = 0.5  # of a radius: a body that gets further into a pulley does not come out again
 MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
 OF_FRICTION = {"friction_force", "slip_velocity", "sticking"}
+OF_WEAR = {"friction_work", "pulley_friction_work"}
 # So many samples are worked out at once, of so many contacts: of more no time is saved.
 MOST_AT_ONCE, NUMBERS_AT_ONCE = 64, 40_000
 IN_PLANE, ON_LINE = slice(row.FX, row.FY + 1), slice(row.TENSION, row.MIDDLE + 1)  # rows of joints
@@ -59,6 +60,8 @@ class States(NamedTuple):
     joints : (m, 2, n + 1)
         FX and FY, on a line TENSION and MIDDLE.
     speed, torque : (m, pulleys)
+    works : (m, pulleys, n)
+        The work of friction; of no pulley without wear.
     """
 
     time: Array
@@ -68,6 +71,7 @@ class States(NamedTuple):
     joints: Array
     speed: Array
     torque: Array
+    works: Array
 
     def contacts(self, which: int) -> Array:
         """Return a row of the contacts, (m, pulleys, n)."""
@@ -97,7 +101,9 @@ class Observer:
         self._force_per_impulse = force_per_impulse
         self._pretension = float(np.mean(rest.tension))
         self._path = scenario.mechanism.path()
-        self._patch = patch_bodies(scenario, rest.body_length)
+        places = patch_of_bodies(scenario, rest.body_length)
+        self._patches = np.arange(len(scenario.effects.patches))[:, None] == places
+        self._zones = np.array([*zones_of(scenario, rest.body_length).values()])
         self._mu_s, self._mu_k = belt.con[[row.MU_S, row.MU_K], :, : belt.n]
         self._distinct = belt.distinct
         self._energies = {"energy_input": row.INPUT_ENERGY}
@@ -106,6 +112,7 @@ class Observer:
         if belt.has_dampers:
             self._energies["energy_damping"] = row.DAMPING_HEAT
         absent = set() if belt.has_friction else OF_FRICTION
+        absent |= set() if belt.wear else OF_WEAR
         wanted = scenario.output.channels
         self._wanted = [
             name
@@ -124,7 +131,8 @@ class Observer:
         """How many numbers are integrated: those of the state that this scenario needs."""
         belt = self._belt
         rows = belt.angles // belt.width
-        return rows * belt.n + belt.energies - belt.angles + len(self._energies)
+        works = belt.pul.shape[1] * belt.n if belt.wear else 0
+        return rows * belt.n + belt.energies - belt.angles + len(self._energies) + works
 
     def check_belt(self, t: float, state: Array) -> None:
         """Stop where the belt has left its pulleys, is pressed through one, or passes itself."""
@@ -183,6 +191,7 @@ class Observer:
             belt.work[IN_PLANE if belt.line is None else ON_LINE, : n + 1].copy(),
             speed,
             belt.pul[row.TORQUE].copy(),
+            belt.works(state)[:, :n].copy(),
         )
 
     def finish(self) -> None:
@@ -238,6 +247,8 @@ class Observer:
             "angle": angle,
             **bodies,
             "tension": tension,
+            "friction_work": states.works.sum(axis=1),
+            "pulley_friction_work": states.works.sum(axis=2),
         }
         behind = belt.energies - belt.angles
         return {
@@ -253,8 +264,9 @@ class Observer:
             "_span_tension": span_tensions(tension, pulley, belt.pul.shape[1]),
             **self._lengths_on_pulleys(states),
             **self._friction_on_pulleys(states),
-            "_patch": np.sum(pulley[:, self._patch] >= 0, axis=-1),
+            "_patches": (pulley >= 0) @ self._patches.T,
             "_power": power,
+            **({"_zone_work": channels["friction_work"] @ self._zones.T} if belt.wear else {}),
         }
 
     def _contacts_of_bodies(self, states: States) -> tuple[dict[str, Any], Array]:

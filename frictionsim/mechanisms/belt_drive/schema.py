@@ -1,13 +1,15 @@
 """The scenario of a belt drive: its tables and their consistency."""
 
 from collections.abc import Collection, Sequence
+from itertools import pairwise
 from math import ceil, pi
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from frictionsim.errors import unknown
+from frictionsim.mechanisms.belt_drive.belt import CLEAN
 from frictionsim.mechanisms.belt_drive.channels import CHANNELS
 from frictionsim.mechanisms.belt_drive.geometry import (
     MAX_STRAIN,
@@ -21,7 +23,7 @@ from frictionsim.mechanisms.effects import Gravity
 from frictionsim.scenario.methods import BELT, Pairs
 from frictionsim.scenario.schema import CoefficientsOfFriction, Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario, SolverSettings
-from frictionsim.scenario.signal_tables import SpeedOrTimeSignals, TimeSignals
+from frictionsim.scenario.signal_tables import ONE, SUM, SpeedOrTimeSignals, TimeSignals
 
 # A body longer than this part of a radius cannot follow the curve: two to half a turn.
 MAX_BODY_OVER_RADIUS = pi / 2
@@ -288,9 +290,15 @@ class BendingTable(Params):
 class PatchTable(CoefficientsOfFriction):
     """`[effects.patch]`: a part of the belt, by unstretched length, with other friction.
 
-    Measured from where the belt leaves the first pulley at the start, in its direction.
+    Measured from where the belt leaves the first pulley at the start, in its direction. Several are
+    `[[effects.patch]]`.
     """
 
+    name: str = Field(
+        "patch",
+        pattern=r"^[\w-]+$",
+        description="Name, for its friction work; patches of one name count together.",
+    )
     start: float = unit_field(
         "m",
         "Start of the patch, from where the belt leaves the first pulley at the start.",
@@ -308,6 +316,17 @@ class PatchTable(CoefficientsOfFriction):
         return self
 
 
+Patches = Annotated[
+    Annotated[PatchTable, Tag(ONE)]
+    | Annotated[tuple[PatchTable, ...], Field(min_length=1, strict=False), Tag(SUM)],
+    Discriminator(lambda given: SUM if isinstance(given, list | tuple) else ONE),
+]
+
+
+class WearTable(Params):
+    """`[effects.wear]`: friction work along the belt and on each rim, summed at every step."""
+
+
 class Effects(Params):
     """`[effects]`: one table for each effect that is simulated."""
 
@@ -316,9 +335,26 @@ class Effects(Params):
     axial_damping: AxialDampingTable | None = None
     bending: BendingTable | None = None
     gravity: Gravity | None = None
-    patch: PatchTable | None = None
+    patch: Patches | None = Field(
+        None,
+        description="A part of the belt, by unstretched length, with other friction; or several,"
+        " [[effects.patch]].",
+    )
+    wear: WearTable | None = None
+
+    @property
+    def patches(self) -> tuple[PatchTable, ...]:
+        """The patches, one or several, in the order of the scenario."""
+        if self.patch is None:
+            return ()
+        return self.patch if isinstance(self.patch, tuple) else (self.patch,)
 
 
+# What there is without friction on the pulleys neither.
+OF_FRICTION = {
+    "patch": "a patch is a place of other friction",
+    "wear": "there is no friction whose work it could sum",
+}
 # They move a belt across itself, which one that is guided on its line cannot do.
 ACROSS = ("bending", "gravity")
 
@@ -397,17 +433,11 @@ class BeltDriveScenario(Scenario):
                     "it moves the belt across itself, and a belt without effects.contact is guided"
                     " on its pitch line; add [effects.contact], or leave this effect out",
                 )
-        path, patch = self.mechanism.path(), self.effects.patch
-        if patch is not None and self.effects.belt_friction is None:
-            raise inconsistent(
-                ("effects", "patch"), "a patch is a place of other friction; add belt_friction"
-            )
-        if patch is not None and patch.end > path.length:
-            raise inconsistent(
-                ("effects", "patch", "to"),
-                f"{patch.end} m is beyond the belt's {path.length:.6g} m",
-            )
-        bodies = self.mechanism.belt.bodies
+        for name, what in OF_FRICTION.items():
+            if getattr(self.effects, name) is not None and self.effects.belt_friction is None:
+                raise inconsistent(("effects", name), f"{what}; add belt_friction")
+        path, bodies = self.mechanism.path(), self.mechanism.belt.bodies
+        self._check_patches(path.length)
         if self.guided:
             problem = _missing_points(path, self.mechanism.names, self.drive, bodies)
         else:
@@ -415,6 +445,27 @@ class BeltDriveScenario(Scenario):
         if problem is not None:
             raise inconsistent(("mechanism", "belt", "bodies"), problem)
         return self
+
+    def _check_patches(self, length: float) -> None:
+        """Refuse patches beyond the belt's length, m, over each other, or named as what is none."""
+        patches, several = self.effects.patches, isinstance(self.effects.patch, tuple)
+        keys = [("effects", "patch", *((i,) if several else ())) for i in range(len(patches))]
+        for key, patch in zip(keys, patches, strict=True):
+            if patch.end > length:
+                raise inconsistent(
+                    (*key, "to"), f"{patch.end} m is beyond the belt's {length:.6g} m"
+                )
+            if patch.name == CLEAN:
+                raise inconsistent(
+                    (*key, "name"), f"'{CLEAN}' is the belt outside of patches; take another name"
+                )
+        for i, k in pairwise(sorted(range(len(patches)), key=lambda i: patches[i].start)):
+            if patches[k].start < patches[i].end:
+                raise inconsistent(
+                    (*keys[k], "from"),
+                    f"{patches[k].start} m is inside the patch from {patches[i].start} m to"
+                    f" {patches[i].end} m; patches may adjoin, but not overlap",
+                )
 
     @property
     def signals(self) -> dict[str, Any]:

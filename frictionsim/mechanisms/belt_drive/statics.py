@@ -18,7 +18,7 @@ MAX_EXPONENT = log(float_info.max)
 
 
 def statics(scenario: "BeltDriveScenario") -> Quantities:
-    """Return tension, lengths, wrap angles and loads at rest, and what friction could hold.
+    """Return tension, lengths, wrap angles, loads and depths at rest, and what friction could hold.
 
     capstan_ratio is exp(mu_s wrap_angle), the largest ratio of the tensions on the two sides of a
     pulley, undefined beyond the largest number; torque_limit what it would transmit at the belt's
@@ -42,6 +42,13 @@ def statics(scenario: "BeltDriveScenario") -> Quantities:
         name = pulley.name
         quantities[f"wrap_angle_{name}"] = Quantity(abs(arc.wrap_angle), "rad")
         quantities[f"shaft_load_{name}"] = Quantity(loads[j], "N")
+        if not scenario.guided:
+            on = equilibrium.pulley == j
+            away = np.hypot(
+                equilibrium.x[on] - pulley.center[0], equilibrium.y[on] - pulley.center[1]
+            )
+            depth = pulley.radius - float(np.mean(away))
+            quantities[f"contact_depth_{name}"] = Quantity(depth, "m")
         if friction is not None:
             exponent = friction.pulleys.get(name, friction).mu_s * abs(arc.wrap_angle)
             ratio = exp(exponent) if exponent < MAX_EXPONENT else None

@@ -7,6 +7,7 @@ from frictionsim.results import Channel
 
 CHANNELS = base_channels("crank") | {
     "angle": Channel("rad", "angle of the crank from the horizontal"),
+    "planet_velocity": Channel("rad/s", "angular velocity of the planet"),
     "drive_torque": Channel("N m", "torque on the crank"),
     "uniform_torque": Channel("N m", "torque that would turn the crank uniformly forward here"),
     "normal_load": Channel("N", "load of the rolling friction at the mesh"),

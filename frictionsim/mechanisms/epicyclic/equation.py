@@ -1,8 +1,8 @@
-"""An epicyclic gear: a crank carries a planet that rolls on a fixed sun.
+"""An epicyclic gear: a crank carries a planet that rolls on a fixed sun, or inside a ring.
 
-phi is the angle of the crank from the horizontal, L = r1 + r2 its length, lambda = L/r2 the
-rotations of the planet per turn of the crank, G the weights. Formulation `consistent` (derived by
-both Lagrange and Newton-Euler):
+phi is the angle of the crank from the horizontal, L = r1 + r2 its length, r1 - r2 in a ring,
+lambda = L/r2 the rotations of the planet per turn of the crank, backwards in a ring, G the weights.
+Formulation `consistent` (derived by both Lagrange and Newton-Euler), the same in a ring:
 
     J phi'' = M_O - K cos phi + T,   J = (2 m_OA + 9 m_2) L^2/6,   K = (G_OA/2 + G_2) L
     sliding    T = -s (M_A r1/r2 + f N lambda)
@@ -19,7 +19,8 @@ Formulation `published` is eq 26 of [1]_ as published, for all directions of mot
     J phi'' = M_O - (G_OA/2 + 2 G_2) L cos phi - M_A lambda - f G_2 sin phi lambda
 
 It counts the weight of the planet twice, applies the couple of the hinge against the ground, and
-its friction has positive power where phi' < 0 or sin phi < 0; it cannot stick.
+its friction has positive power where phi' < 0 or sin phi < 0; it cannot stick. The paper has a sun
+("external engagement"), although its conclusion calls the mechanism hypocyclic.
 
 References
 ----------
@@ -27,7 +28,7 @@ References
 """
 
 from collections.abc import Callable
-from math import asin, cos, pi, sin, sqrt
+from math import asin, atan2, cos, hypot, pi, sin, sqrt
 from typing import Any, NamedTuple
 
 from frictionsim.mechanisms.effects import ROUNDING
@@ -75,7 +76,7 @@ def constants_of(scenario: EpicyclicScenario) -> Constants:
     """Return the constants of the equation of a scenario, those of motion at the speed zero."""
     geometry, effects = scenario.mechanism, scenario.effects
     hinge, rolling = effects.hinge_friction, effects.rolling_friction
-    L, turns = geometry.length, geometry.planet_speed_ratio
+    L, turns = geometry.length, abs(geometry.planet_speed_ratio)
     g = effects.gravity.g if effects.gravity else 0.0
     G_2, is_published = geometry.planet_mass * g, geometry.formulation == "published"
     K = (0.5 * geometry.crank_mass * g + G_2) * L
@@ -99,7 +100,7 @@ def curves_of(scenario: EpicyclicScenario) -> tuple[OverSpeed, OverSpeed]:
     """Return `kinetic` and `lever` of the consistent equation over phi', rad/s."""
     geometry, effects = scenario.mechanism, scenario.effects
     hinge, rolling = effects.hinge_friction, effects.rolling_friction
-    turns, ratio = geometry.planet_speed_ratio, geometry.sun_radius / geometry.planet_radius
+    turns, ratio = abs(geometry.planet_speed_ratio), geometry.sun_radius / geometry.planet_radius
     couple = over_speed(
         hinge.torque_kinetic if hinge else 0.0, hinge.torque_static if hinge else 0.0
     )
@@ -136,6 +137,8 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
         return opposed - system.torque(0.0, q, v)
 
     following["uniform_torque"] = uniform_torque
+    planet = geometry.planet_speed_ratio
+    following["planet_velocity"] = lambda q, v: planet * v
     if effects.rolling_friction:
         following["normal_load"] = lambda q, v: abs(load(q, v))
     if effects.tracer_point:
@@ -217,12 +220,12 @@ def path_of(scenario: EpicyclicScenario) -> TracerPath:
     """Return the path of the tracer point of a scenario that has one."""
     geometry, point = scenario.mechanism, scenario.effects.tracer_point
     assert point is not None
-    return TracerPath(geometry.sun_radius, geometry.planet_radius, point)
+    return TracerPath(geometry, point)
 
 
 def _quantities(scenario: EpicyclicScenario, samples: Samples) -> Quantities:
-    """Return the mean torque of uniform rotation, cusps and dwell."""
-    values = {"uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m")}
+    """Return the torques of uniform rotation, cusps, dwell and swing."""
+    values = uniform_torques(scenario)
     depends = constants_of(scenario).is_radial or any(c.varies for c in curves_of(scenario))
     if depends and samples.time.size:
         torque = uniform_torque_mean(scenario, float(samples["angular_velocity"][-1]))
@@ -233,6 +236,7 @@ def _quantities(scenario: EpicyclicScenario, samples: Samples) -> Quantities:
         dwell = path.longest_dwell((samples.time, angle, samples["angular_velocity"]))
         values["tracer_cusps"] = Quantity(cusps and cusps[1], "1")
         values["tracer_dwell_time"] = Quantity(dwell and dwell.time, "s")
+        values |= path.quantities()
     return values
 
 
@@ -248,6 +252,29 @@ def _run_warnings(scenario: EpicyclicScenario, samples: Samples) -> list[str]:
     warnings = [f"the crank {back}: weight or initial velocity prevailed"] if back else []
     duration, interval = scenario.solver.duration, scenario.interval
     return warnings + hidden_turns(angle, samples["angular_velocity"], interval, duration)
+
+
+def uniform_torques(scenario: EpicyclicScenario) -> Quantities:
+    """Return mean and extremes of the torque of slow uniform forward rotation; at the start.
+
+    M(phi) = C + K cos phi + f N lambda, eq 28, with C = M_A r1/r2 and N = |G_2 sin phi|, published
+    M_A lambda and G_2 sin phi. With F = f G_2 lambda its maximum is C + sqrt(K^2 + F^2) at
+    atan(F/K), also at the opposite angle if consistent, whose minimum is C - K at pi; the published
+    one is C - sqrt(K^2 + F^2) at pi + atan(F/K).
+    """
+    constants, (angle, _) = constants_of(scenario), start_of(scenario)
+    C, K, F = constants.kinetic, constants.K, constants.lever * constants.G_2
+    least, at, load = C - K, pi, abs(sin(angle))
+    if scenario.mechanism.formulation == "published":
+        least, at, load = C - hypot(K, F), pi + atan2(F, K), sin(angle)
+    return {
+        "uniform_torque_mean": Quantity(uniform_torque_mean(scenario, 0.0), "N m"),
+        "uniform_torque_max": Quantity(C + hypot(K, F), "N m"),
+        "uniform_torque_max_angle": Quantity(atan2(F, K), "rad"),
+        "uniform_torque_min": Quantity(least, "N m"),
+        "uniform_torque_min_angle": Quantity(at, "rad"),
+        "uniform_torque_at_start": Quantity(C + K * cos(angle) + F * load, "N m"),
+    }
 
 
 def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:

@@ -7,7 +7,6 @@ from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.effects import Gravity
 from frictionsim.mechanisms.epicyclic.channels import CHANNELS
-from frictionsim.mechanisms.epicyclic.tracer_point import TracerPoint
 from frictionsim.mechanisms.single_dof import (
     SingleDofScenario,
 )
@@ -26,8 +25,12 @@ from frictionsim.scenario.signal_tables import TimeSignal
 class EpicyclicParameters(Params):
     """`[mechanism]`."""
 
-    sun_radius: float = unit_field("m", "Pitch radius of the fixed sun.", gt=0)
+    sun_radius: float = unit_field("m", "Pitch radius of the fixed sun or ring.", gt=0)
     planet_radius: float = unit_field("m", "Pitch radius of the planet.", gt=0)
+    mesh: Literal["external", "internal"] = Field(
+        "external",
+        description="The planet rolls on the outside of a sun, or inside a ring of sun_radius.",
+    )
     crank_mass: float = unit_field("kg", "Mass of the crank, a slender rod.", ge=0)
     planet_mass: float = unit_field("kg", "Mass of the planet, a disc.", ge=0)
     initial_angle_deg: float = unit_field("deg", "Angle at the start.", 0.0)
@@ -36,6 +39,16 @@ class EpicyclicParameters(Params):
         "consistent",
         description="Equation of motion: the consistent one, or eq 26 as it is printed.",
     )
+
+    @model_validator(mode="after")
+    def _check_ring(self) -> Self:
+        if self.mesh == "internal" and self.planet_radius >= self.sun_radius:
+            raise inconsistent(
+                ("planet_radius",),
+                "a planet inside a ring is smaller than it: expected less than sun_radius ="
+                f" {self.sun_radius:g} m, got {self.planet_radius:g}; or use mesh = 'external'",
+            )
+        return self
 
     @model_validator(mode="after")
     def _check_masses(self) -> Self:
@@ -48,12 +61,14 @@ class EpicyclicParameters(Params):
     @property
     def length(self) -> float:
         """L, m."""
-        return self.sun_radius + self.planet_radius
+        own = self.planet_radius
+        return self.sun_radius + (own if self.mesh == "external" else -own)
 
     @property
     def planet_speed_ratio(self) -> float:
-        """lambda: rotations of the planet per turn of the crank."""
-        return self.length / self.planet_radius
+        """Rotations of the planet per turn of the crank: lambda, inside a ring -lambda."""
+        turns = self.length / self.planet_radius
+        return turns if self.mesh == "external" else -turns
 
     @property
     def inertia(self) -> float:
@@ -82,7 +97,9 @@ class SharedFrictionLaw(FrictionLaw):
     """The friction law of the contact that hinge and rolling friction share."""
 
     law: Literal["set-valued", "regularised", "published"] | None = Field(  # type: ignore[assignment]
-        None, description="Friction law of the contact; set-valued if neither effect names one."
+        None,
+        description="Friction law of the contact; set-valued if neither effect names one."
+        " published: eq 30 of the paper on shafts, not the gear's own (formulation).",
     )
 
     @model_validator(mode="after")
@@ -128,6 +145,23 @@ class RollingFriction(SharedFrictionLaw):
     def _kinetic_not_above_static(self) -> Self:
         check_kinetic_friction("arm_kinetic", self.rolling_arm, "arm", self.arm)
         return self
+
+
+class TracerPoint(Params):
+    """A point of the planet whose path is recorded.
+
+    The point dwells while it passes a place nearest to the sun or ring within `dwell_distance`.
+    """
+
+    radius: float = unit_field("m", "Distance of the point from the planet's centre.", ge=0)
+    angle_deg: float = unit_field(
+        "deg",
+        "Angle of the point where the crank is at 0; 180 is on the sun, 0 on a ring.",
+        180.0,
+    )
+    dwell_distance: float = unit_field(
+        "m", "Distance from a place within which the point dwells there.", 1e-3, gt=0
+    )
 
 
 class EpicyclicEffects(Params):

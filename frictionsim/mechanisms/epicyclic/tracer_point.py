@@ -1,41 +1,29 @@
-"""The path of a point of a planet that rolls on a sun: position, cusps, dwell.
+"""The path of a point of a planet that rolls on a sun, or in a ring: position, cusps, dwell, swing.
 
-Per angle of the crank the point is slowest where it is nearest to the sun,
+With l rotations of the planet per turn of the crank, lambda on a sun and -lambda in a ring, the
+point is at L e^(i phi) + rho e^(i psi), psi = psi_0 + l phi. Per angle of the crank it is slowest
+where it is nearest to the sun, psi - phi = pi + 2 pi k, or to the ring, psi - phi = -2 pi k, which
+are the cusps of a point of the rim. An angle p of the crank away from such a place, before or after
+it, its distance from there, and the part of that along the path there, are
 
-    psi_0 + (lambda - 1) phi_k = pi + 2 pi k
+    d(p) = |L (e^(ip) - 1) -+ rho (e^(i l p) - 1)|,    y(p) = L sin p - rho sin(lambda p)
 
-which are the cusps of a point of the rim. An angle p of the crank away from such a place, before or
-after it, its distance from there is
-
-    d(p) = |L (e^(ip) - 1) - rho (e^(i lambda p) - 1)|
+A point beyond the rim passes the place backwards: it swings from y(-p) to y(p), with the smallest p
+at which dy/dp = 0.
 """
 
 from collections.abc import Callable, Iterator
-from math import asin, ceil, pi, radians
+from math import asin, ceil, pi, radians, sin
 from typing import Any, NamedTuple
 
-from frictionsim.scenario.schema import Params, unit_field
+from frictionsim.mechanisms.epicyclic.schema import EpicyclicParameters, TracerPoint
+from frictionsim.results import Quantities, Quantity
 
 Motion = tuple[Any, Any, Any]  # times, s, angles of the crank, rad, and its velocities, rad/s: (n,)
 
 
-class TracerPoint(Params):
-    """A point of the planet whose path is recorded; with angle_deg = 180 it starts on the sun.
-
-    The point dwells while it passes a place nearest to the sun within `dwell_distance`.
-    """
-
-    radius: float = unit_field("m", "Distance of the point from the planet's centre.", ge=0)
-    angle_deg: float = unit_field(
-        "deg", "Angle of the point where the crank is at 0; 180 is on the sun.", 180.0
-    )
-    dwell_distance: float = unit_field(
-        "m", "Distance from a place within which the point dwells there.", 1e-3, gt=0
-    )
-
-
 class Dwell(NamedTuple):
-    """A passage of a place nearest to the sun.
+    """A passage of a place nearest to the sun or ring.
 
     Attributes
     ----------
@@ -53,22 +41,23 @@ class Dwell(NamedTuple):
 
 
 class TracerPath:
-    """The path of a tracer point; an epicycloid of a point of the rim.
+    """The path of a tracer point; of a point of the rim an epicycloid, or a hypocycloid in a ring.
 
     Parameters
     ----------
-    sun_radius, planet_radius : float, m
+    gear : EpicyclicParameters
     point : TracerPoint
     """
 
-    def __init__(self, sun_radius: float, planet_radius: float, point: TracerPoint) -> None:
-        self.length = sun_radius + planet_radius
-        self.turns, self._ratio = self.length / planet_radius, sun_radius / planet_radius
+    def __init__(self, gear: EpicyclicParameters, point: TracerPoint) -> None:
+        self.length, self.turns = gear.length, gear.planet_speed_ratio
+        self._planet, self._ratio = gear.planet_radius, gear.sun_radius / gear.planet_radius
         self.rho, self.psi_0 = point.radius, radians(point.angle_deg)
-        self._distance, self._is_of_rim = point.dwell_distance, point.radius == planet_radius
+        self._start = self.psi_0 - pi if self.turns > 0.0 else -self.psi_0
+        self._distance = point.dwell_distance
 
     def position(self, angle: Any) -> tuple[Any, Any]:
-        """Return x = L cos phi + rho cos(psi_0 + lambda phi), m, and y, of angles of the crank."""
+        """Return x = L cos phi + rho cos(psi_0 + l phi), m, and y, of angles of the crank."""
         import numpy as np
 
         psi = self.psi_0 + self.turns * angle
@@ -78,10 +67,10 @@ class TracerPath:
     def cusps(self, angle: Any) -> tuple[float, float] | None:
         """Return k of the first cusp within angles of the crank, (n,), rad, and how many there are.
 
-        A point of the rim has cusps, where it touches the sun; others have None. Where the path
+        A point of the rim has cusps, where it touches sun or ring; others have None. Where the path
         ends in the cusp that it started in, this counts once.
         """
-        if not self._is_of_rim or not angle.size:
+        if self.rho != self._planet or not angle.size:
             return None
         slack = 1e-9  # a cusp at the start or end counts, in spite of rounding
         lowest, highest = float(self._number(angle.min())), float(self._number(angle.max()))
@@ -93,15 +82,41 @@ class TracerPath:
         return first, max(last - first + 1.0, 0.0)
 
     def _number(self, angle: Any) -> Any:
-        """Return k of an angle of the crank, an integer where the point is nearest to the sun."""
-        return (self.psi_0 - pi + self._ratio * angle) / (2.0 * pi)
+        """Return k of an angle of the crank, an integer at a place nearest to sun or ring."""
+        return (self._start + self._ratio * angle) / (2.0 * pi)
 
     def angle_of(self, k: Any) -> Any:
         """Return the angle phi_k of the crank, rad."""
-        return (2.0 * pi * k - (self.psi_0 - pi)) / self._ratio
+        return (2.0 * pi * k - self._start) / self._ratio
+
+    def swing(self) -> tuple[float, float] | None:
+        """Return how far the point swings back at a place of least speed, m, and p there, rad.
+
+        It is 2 |y(p)| at the smallest p with L cos p = rho lambda cos(lambda p); 0 for a point
+        that is not beyond the rim; None if that is more than a turn.
+        """
+        import numpy as np
+
+        if self.rho <= self._planet:
+            return 0.0, 0.0
+        turns = abs(self.turns)
+        p = self._first(
+            lambda p: self.length * np.cos(p) - self.rho * turns * np.cos(turns * p), 0.0
+        )
+        if p is None:
+            return None
+        return 2.0 * abs(self.length * sin(p) - self.rho * sin(turns * p)), p
+
+    def quantities(self) -> Quantities:
+        """Return the swing, and how far the crank turns while the point dwells."""
+        swing, half = self.swing(), self.half_angle()
+        return {
+            "tracer_swing": Quantity(swing and swing[0], "m"),
+            "tracer_dwell_angle": Quantity(half and 2.0 * half, "rad"),
+        }
 
     def longest_dwell(self, motion: Motion) -> Dwell | None:
-        """Return the longest passage of a place nearest to the sun; None if there is none.
+        """Return the longest passage of a place nearest to sun or ring; None if there is none.
 
         The crank passes all of it in one direction, without a rest: what begins or ends in it, or
         stands still, is no dwell of the mechanism. Between samples, the angle is the cubic
@@ -109,7 +124,7 @@ class TracerPath:
         """
         import numpy as np
 
-        half, longest = self._half_angle(), None
+        half, longest = self.half_angle(), None
         if half is None:
             return None
         for way in (1.0, -1.0):
@@ -126,14 +141,12 @@ class TracerPath:
                     longest = max(longest or dwell, dwell, key=lambda one: one.time)
         return longest
 
-    def _half_angle(self) -> float | None:
+    def half_angle(self) -> float | None:
         """Return the smallest p at which d(p) is the dwell distance, rad; None within a turn."""
         import numpy as np
 
-        from frictionsim.solvers.roots import bracket_root
-
         def excess(p: Any) -> Any:
-            a, b = self.length * np.sin(0.5 * p), self.rho * np.sin(0.5 * self.turns * p)
+            a, b = self.length * np.sin(0.5 * p), self.rho * np.sin(0.5 * abs(self.turns) * p)
             square = (a - b) ** 2 + 4.0 * a * b * np.sin(0.25 * (self.turns - 1.0) * p) ** 2
             return 2.0 * np.sqrt(np.maximum(square, 0.0)) - self._distance
 
@@ -141,7 +154,15 @@ class TracerPath:
         surely = (self._distance - 2.0 * self.rho) / (2.0 * self.length)
         if self.rho == 0.0 or surely >= 1.0:
             return None  # it is equally fast everywhere, or never far from the place
-        low, step = 2.0 * asin(max(surely, 0.0)), pi / (self.turns * FINE)
+        return self._first(excess, 2.0 * asin(max(surely, 0.0)))
+
+    def _first(self, excess: Callable[[Any], Any], low: float) -> float | None:
+        """Return the smallest root of a function of p that is negative at first; None in a turn."""
+        import numpy as np
+
+        from frictionsim.solvers.roots import bracket_root
+
+        step = pi / (max(abs(self.turns), 1.0) * FINE)
         for first in range(0, ceil((2.0 * pi - low) / step), CHUNK):
             p = low + step * np.arange(first, first + CHUNK + 1)
             for i in np.flatnonzero(excess(p) > 0.0)[:1].tolist():
@@ -151,7 +172,8 @@ class TracerPath:
         return None
 
 
-# Of the search for the end of a dwell: steps to half a rotation of the planet, and at once.
+# Of the search for the end of a dwell or swing: steps to half a rotation of planet or crank, and
+# how many at once.
 FINE, CHUNK = 64, 1024
 BISECTIONS = 53  # to the roundoff of a number in 0 to 1
 

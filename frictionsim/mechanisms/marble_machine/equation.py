@@ -27,19 +27,22 @@ References
 from collections.abc import Callable
 from functools import partial
 from math import cos, hypot, sin, sqrt
+from typing import Any
 
 from frictionsim.mechanisms.effects import ROUNDING, journal_friction, viscous_damping
+from frictionsim.mechanisms.journal import journal_channels
 from frictionsim.mechanisms.marble_machine.schema import MarbleMachineScenario
 from frictionsim.mechanisms.marble_machine.statics import (
     GearMesh,
     impending_motion_torques,
     mesh_of,
 )
+from frictionsim.mechanisms.marble_machine.tables import MarbleMachineParameters
 from frictionsim.mechanisms.single_dof import MultiplesOf, one_coordinate, start_of
 from frictionsim.results import STICK, Quantities, Quantity
 from frictionsim.scenario.signal_tables import signal_from
 from frictionsim.scenario.signals import Constant, Signal
-from frictionsim.simulation.mechanism import Mechanism, Samples
+from frictionsim.simulation.mechanism import Derived, Mechanism, Samples
 from frictionsim.solvers.system import INPUT, OneCoordinate, Term
 
 
@@ -74,8 +77,9 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
         reaction=lambda T_p, q: reaction(T_p),
         roundoff=lambda T_p, q: ROUNDING * (k * abs(T_p) + largest),
     )
-    if friction and J:
-        radius = effects.shaft_friction.radius_over_speed  # type: ignore[union-attr]
+    journal = effects.shaft_friction
+    if friction and J and journal and journal.normal_load is None:
+        radius = journal.radius_over_speed
         of = partial(_kinetic_limit, mesh=mesh, weight=weight, ratio=J * k / I)
         friction = friction._replace(
             kinetic=(lambda T_p, q, w, s, M: of(radius.at(w))(T_p, q, w, s, M))
@@ -111,8 +115,25 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
         return values
 
     return one_coordinate(
-        scenario, system, quantities, run_warnings=lambda samples: _run_warnings(scenario, samples)
+        scenario,
+        system,
+        quantities,
+        run_warnings=lambda samples: _run_warnings(scenario, samples),
+        derived={**journal_channels(effects.shaft_friction, I), **_tooth_forces(geometry, J)},
     )
+
+
+def _tooth_forces(geometry: MarbleMachineParameters, J: float) -> dict[str, Derived]:
+    """Return the channels of the force between the teeth, eqs 53 and 54, of T_m."""
+    r_p, k, slope = geometry.pinion_radius, geometry.gear_ratio, geometry.tooth_slope
+
+    def tangential(time: Any, of: Any, run: Samples) -> Any:
+        return (of["motor_torque"] - J * k * of["angular_acceleration"]) / r_p
+
+    return {
+        "tooth_force_tangential": tangential,
+        "tooth_force_radial": lambda time, of, run: slope * tangential(time, of, run),
+    }
 
 
 def _pinion_torque(

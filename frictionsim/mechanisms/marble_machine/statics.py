@@ -1,7 +1,8 @@
 """The statics of a marble machine: its tooth forces, and the torques between which it rests."""
 
+from collections.abc import Callable
 from math import cos as cosine
-from math import pi, radians, sqrt
+from math import hypot, pi, radians, sqrt
 from math import sin as sine
 from typing import NamedTuple
 
@@ -79,6 +80,28 @@ def limit_torques(
     return RestLimits((b + root) / a, (b - root) / a)
 
 
+def limits_at(
+    geometry: MarbleMachineParameters, effects: MarbleMachineEffects, friction_radius: float
+) -> Callable[[float, int], RestLimits]:
+    """Return the limits as a function of the moment of the marbles, N m, and of their number.
+
+    A constant normal load N takes the place of the reaction: k T_p = M +- r_f N.
+    """
+    journal, mesh = effects.shaft_friction, mesh_of(geometry)
+    g = effects.gravity.g if effects.gravity else 0.0
+
+    def limits(moment: float, marbles: int) -> RestLimits:
+        weight = (geometry.gear_mass + marbles * geometry.marble_mass) * g
+        return limit_torques(geometry.gear_ratio, friction_radius, mesh, moment, weight)
+
+    if journal is None or journal.normal_load is None:
+        return limits
+    load = journal.normal_load
+    return lambda moment, marbles: limit_torques(
+        geometry.gear_ratio, friction_radius, GearMesh(0.0, 0.0), moment, load
+    )
+
+
 def impending_motion_torques(
     geometry: MarbleMachineParameters, effects: MarbleMachineEffects, motor: MotorTable | None
 ) -> Quantities:
@@ -90,17 +113,10 @@ def impending_motion_torques(
     journal = effects.shaft_friction
     radius = journal.static_radius if journal else 0.0
     g = effects.gravity.g if effects.gravity else 0.0
-    mesh, half = mesh_of(geometry), 0.5 * geometry.pitch
+    half, limits = 0.5 * geometry.pitch, limits_at(geometry, effects, radius)
     lift = geometry.marble_mass * g * geometry.marble_circle_radius
-    weights = [
-        (geometry.gear_mass + n * geometry.marble_mass) * g
-        for n in (geometry.carried + 1, geometry.carried)
-    ]
-    moments = [lift * cosine(half) / sine(half), lift / sine(half)]
-    at_transfer, between = (
-        limit_torques(geometry.gear_ratio, radius, mesh, applied_torque, weight)
-        for applied_torque, weight in zip(moments, weights, strict=True)
-    )
+    at_transfer = limits(lift * cosine(half) / sine(half), geometry.carried + 1)
+    between = limits(lift / sine(half), geometry.carried)
     worst = max(at_transfer, between, key=lambda limits: limits.lift or 0.0)
     held = max(at_transfer.hold, between.hold)
     quantities = {
@@ -129,12 +145,34 @@ def statics_of(
     mesh, g = mesh_of(geometry), effects.gravity.g if effects.gravity else 0.0
     half = 0.5 * geometry.pitch
     lift = geometry.marble_mass * g * geometry.marble_circle_radius
+    moments = {"": lift * cosine(half) / sine(half), "_worst": lift / sine(half)}
     quantities = StaticQuantities(impending_motion_torques(geometry, effects, motor))
+    steady = limits_at(geometry, effects, journal.kinetic_radius if journal else 0.0)
+    for where, moment in moments.items():
+        lifting, lowering = steady(moment, geometry.carried)
+        quantities[f"torque_to_keep_lifting{where}"] = Quantity(lifting, "N m")
+        quantities[f"torque_to_keep_lowering{where}"] = Quantity(lowering, "N m")
+    weight = (geometry.gear_mass + (geometry.carried + 1) * geometry.marble_mass) * g
+    for way in ("lift", "hold"):
+        torque = quantities[f"torque_to_{way}"].value
+        if torque is not None:
+            force, sideways, down = (
+                torque / geometry.pinion_radius,
+                mesh.c_z * torque,
+                mesh.c_y * torque,
+            )
+            quantities[f"tooth_force_tangential_to_{way}"] = Quantity(force, "N")
+            quantities[f"tooth_force_radial_to_{way}"] = Quantity(force * geometry.tooth_slope, "N")
+            quantities[f"shaft_force_sideways_to_{way}"] = Quantity(sideways, "N")
+            quantities[f"shaft_force_down_to_{way}"] = Quantity(weight + down, "N")
+            quantities[f"shaft_reaction_to_{way}"] = Quantity(hypot(sideways, weight + down), "N")
     quantities.notes = (
         "torques to lift and to hold act on the pinion, load torques on the gear against its angle",
+        f"torques to lift and to hold at a transfer are those of {geometry.carried + 1} marbles,"
+        f" torques to keep lifting and lowering those of the {geometry.carried} of the motion",
     )
-    quantities["load_torque_at_transfer"] = Quantity(lift * cosine(half) / sine(half), "N m")
-    quantities["load_torque_worst"] = Quantity(lift / sine(half), "N m")
+    quantities["load_torque_at_transfer"] = Quantity(moments[""], "N m")
+    quantities["load_torque_worst"] = Quantity(moments["_worst"], "N m")
     quantities["angle_of_the_worst"] = Quantity(half, "rad")
     quantities["friction_radius_static"] = Quantity(journal.static_radius if journal else 0.0, "m")
     quantities["mesh_force_sideways_per_torque"] = Quantity(mesh.c_z, "1/m")

@@ -1,6 +1,6 @@
 """The tables of a scenario of kind `marble_machine`."""
 
-from math import pi
+from math import pi, radians, tan
 from typing import Self
 
 from pydantic import Field, model_validator
@@ -46,6 +46,11 @@ class MarbleMachineParameters(Params):
                 f" picked up, got {self.slots}",
             )
         return self
+
+    @property
+    def tooth_slope(self) -> float:
+        """tan alpha: radial over tangential force of the teeth."""
+        return tan(radians(self.pressure_angle_deg))
 
     @property
     def carried(self) -> int:

@@ -1,5 +1,6 @@
 """Channels of a pulley, and those of its default plot."""
 
+from frictionsim.mechanisms.journal import CHANNELS as JOURNAL_CHANNELS
 from frictionsim.mechanisms.single_dof import (
     SINGLE_DOF_MODES,
     base_channels,
@@ -12,6 +13,7 @@ CHANNELS = base_channels("pulley") | {
     "drive_force": Channel("N", "force on the cord"),
     "drive_torque": Channel("N m", "torque on the pulley"),
     "shaft_reaction": Channel("N", "reaction of the shaft"),
+    **JOURNAL_CHANNELS,
     "rope_tension_car": Channel("N", "tension of the cord on the side of the car"),
     "rope_tension_counterweight": Channel(
         "N", "tension of the cord on the side of the counterweight"

@@ -19,6 +19,7 @@ from math import hypot, sqrt
 from typing import Any
 
 from frictionsim.mechanisms.effects import ROUNDING, journal_friction, viscous_damping
+from frictionsim.mechanisms.journal import journal_channels
 from frictionsim.mechanisms.pulley.schema import PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_forces, limit_torques
 from frictionsim.mechanisms.single_dof import one_coordinate, start_of
@@ -66,7 +67,8 @@ def build(scenario: PulleyScenario) -> Any:
     def quantities(samples: Samples) -> Any:
         return limit_torques(scenario) if by_torque else impending_motion_forces(scenario)
 
-    mechanism: Mechanism = one_coordinate(scenario, system, quantities)
+    derived = journal_channels(effects.shaft_friction, scenario.mechanism.inertia)
+    mechanism: Mechanism = one_coordinate(scenario, system, quantities, derived=derived)
     return mechanism
 
 

@@ -32,6 +32,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
+from frictionsim.mechanisms.journal import journal_channels
 from frictionsim.mechanisms.pulley.rope_impact import shock
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
@@ -471,10 +472,7 @@ def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
         return impending_motion_of_lift(scenario) | _sample_quantities(samples)
 
     def run_warnings(samples: Samples) -> list[str]:
-        speeds = ("angular_velocity", *system.rates_of_positions)
-        rests = not any(samples.columns[name].any() for name in speeds)
-        warnings = ["nothing moves: all contacts hold"] if rests else []
-        return warnings + _slack_warnings(samples.transitions)
+        return _slack_warnings(samples.transitions)
 
     def checks(samples: Samples) -> dict[str, Check]:
         tensions = [samples.columns[name] for name in TENSIONS]
@@ -493,6 +491,7 @@ def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
         energy_scale=lambda samples: n.r * weights + torque + kinetic,
         run_warnings=run_warnings,
         checks=checks,
+        derived=journal_channels(effects.shaft_friction, n.inertia),
     )
 
 

@@ -209,6 +209,12 @@ class PulleyEffects(Params):
                 f"'{journal.law}' does not go with hanging_masses, whose slip and slack are located"
                 f" events: use law = '{SET_VALUED}'",
             )
+        if journal is not None and journal.normal_load is not None:
+            raise inconsistent(
+                ("shaft_friction", "normal_load"),
+                "hanging_masses press on the shaft by the tensions of their cord, which change with"
+                " the acceleration; leave normal_load out",
+            )
         if self.cord_friction is not None and masses.other_side == 0.0:
             raise inconsistent(
                 ("hanging_masses", "counterweight"),

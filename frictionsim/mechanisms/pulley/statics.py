@@ -58,12 +58,21 @@ def limit_forces(arm: float, radius: float, load: float, vertical: bool) -> Limi
     return LimitForces(load * (1.0 + root) / (1.0 - q), load * (1.0 - q) / (1.0 + root))
 
 
+def _forces(scenario: PulleyScenario, radius: float, direction: str) -> LimitForces:
+    """Return the limit forces of a scenario; of a constant normal load N, P = W +- r_f N/r_e."""
+    journal, arm = scenario.effects.shaft_friction, scenario.mechanism.cord_radius
+    load = scenario.mechanism.load
+    if journal is None or journal.normal_load is None:
+        return limit_forces(arm, radius, load, direction == "vertical")
+    friction = radius * journal.normal_load / arm
+    return LimitForces(load + friction, max(load - friction, 0.0))
+
+
 def impending_motion_forces(scenario: PulleyScenario) -> Quantities:
     """Return the forces of impending motion, in the direction of the scenario."""
     journal = scenario.effects.shaft_friction
     r_s = journal.static_radius if journal else 0.0
-    vertical = scenario.drive.direction == "vertical"
-    forces = limit_forces(scenario.mechanism.cord_radius, r_s, scenario.mechanism.load, vertical)
+    forces = _forces(scenario, r_s, scenario.drive.direction)
     return {
         "force_to_lift": Quantity(forces.lift, "N"),
         "force_to_hold": Quantity(forces.hold, "N"),
@@ -79,13 +88,12 @@ def statics(scenario: PulleyScenario) -> Quantities:
     journal = scenario.effects.shaft_friction
     r_s = journal.static_radius if journal else 0.0
     r_k = journal.kinetic_radius if journal else 0.0
-    arm, load = scenario.mechanism.cord_radius, scenario.mechanism.load
     quantities = impending_motion_forces(scenario)
-    steady = limit_forces(arm, r_k, load, scenario.drive.direction == "vertical")
+    steady = _forces(scenario, r_k, scenario.drive.direction)
     quantities["force_to_keep_lifting"] = Quantity(steady.lift, "N")
     quantities["force_to_keep_lowering"] = Quantity(steady.hold, "N")
     for direction in ("vertical", "horizontal"):
-        forces = limit_forces(arm, r_s, load, direction == "vertical")
+        forces = _forces(scenario, r_s, direction)
         quantities[f"force_to_lift_{direction}"] = Quantity(forces.lift, "N")
         quantities[f"force_to_hold_{direction}"] = Quantity(forces.hold, "N")
     quantities["friction_radius_static"] = Quantity(r_s, "m")
@@ -94,7 +102,7 @@ def statics(scenario: PulleyScenario) -> Quantities:
 
 
 def limit_torques(scenario: PulleyScenario) -> Quantities:
-    """Return the torques of impending motion, W (r_e +- r_s)."""
+    """Return the torques of impending motion, W r_e +- r_s R."""
     journal = scenario.effects.shaft_friction
     return _torques(scenario, journal.static_radius if journal else 0.0, "lift", "hold")
 
@@ -115,9 +123,15 @@ def _statics_of_torque(scenario: PulleyScenario) -> Quantities:
 def _torques(scenario: PulleyScenario, radius: float, up: str, down: str) -> Quantities:
     """Return the torques at the limit of friction for motion up and down."""
     arm, load = scenario.mechanism.cord_radius, scenario.mechanism.load
+    journal = scenario.effects.shaft_friction
+    if journal is not None and journal.normal_load is not None:
+        moment, friction = load * arm, radius * journal.normal_load
+        up_and_down = moment + friction, moment - friction
+    else:
+        up_and_down = load * (arm + radius), load * (arm - radius)
     return {
-        f"torque_to_{up}": Quantity(load * (arm + radius), "N m"),
-        f"torque_to_{down}": Quantity(load * (arm - radius), "N m"),
+        f"torque_to_{way}": Quantity(torque, "N m")
+        for way, torque in zip((up, down), up_and_down, strict=True)
     }
 
 

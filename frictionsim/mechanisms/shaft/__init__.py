@@ -16,6 +16,7 @@ The model is in
 from math import sqrt
 from typing import Any
 
+from frictionsim.mechanisms.journal import journal_channels
 from frictionsim.mechanisms.shaft.channels import CHANNELS as CHANNELS
 from frictionsim.mechanisms.shaft.channels import PANELS as PANELS
 from frictionsim.mechanisms.shaft.equation import Shaft, shaft_of, system_of
@@ -58,21 +59,20 @@ def build(scenario: ShaftScenario) -> Mechanism:
         motion, duration = (samples["angle"], samples["angular_velocity"]), scenario.solver.duration
         return warnings + hidden_turns(*motion, scenario.interval, duration)
 
-    def is_turned(samples: Samples) -> bool:
-        """Return whether a load has a moment, or the spring is deflected."""
-        angle = float(samples["angle"][0])
-        moments = [(load, load.arms.at(angle)[0]) for load in [*shaft.loads, *shaft.weights]]
-        return any(k * (angle - q_0) for k, q_0 in shaft.spring) or any(
-            arm * load.at_rest(t, angle) for load, arm in moments for t in samples.time.tolist()
-        )
+    def torques(t: float) -> list[float]:
+        angle = start_of(scenario)[0]
+        loads = [*shaft.loads, *shaft.weights]
+        moments = [load.arms.at(angle)[0] * load.at_rest(t, angle) for load in loads]
+        return moments + [-k * (angle - q_0) for k, q_0 in shaft.spring]
 
     return one_coordinate(
         scenario,
         system,
         quantities,
         run_warnings=run_warnings,
-        is_turned=is_turned,
+        torques=torques,
         tolerance_share=tolerance_share(scenario, shaft),
+        derived=journal_channels(scenario.effects.shaft_friction, shaft.inertia),
     )
 
 

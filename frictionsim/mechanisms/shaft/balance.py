@@ -28,10 +28,12 @@ from frictionsim.mechanisms.shaft.equation import load_of
 from frictionsim.mechanisms.shaft.loads import (
     ANGLE,
     COUPLE,
+    THROUGH_AXIS,
     Arms,
     Load,
     acting_of,
     arms_of_weight,
+    carried,
     sizes_of,
 )
 from frictionsim.mechanisms.shaft.schema import Force, ShaftScenario
@@ -226,8 +228,7 @@ def _at_unit_distance(force: Force) -> Arms:
 def _force_and_moment(term: Term, key: str) -> Iterator[Term]:
     """Yield the force of a load, and its moment per metre of the arm that is the unknown."""
     yield term._replace(arms=Arms(*((0.0, x, y) for _, x, y in term.arms)))
-    moment = Arms(*((moment, 0.0, 0.0) for moment, _, _ in term.arms))
-    yield Term(moment, term.factors | {key: 1.0}, term.table)
+    yield Term(term.arms.moments, term.factors | {key: 1.0}, term.table)
 
 
 class Sum:
@@ -237,8 +238,7 @@ class Sum:
         loads = [term.load for term in terms]
         self._acting, self._sizes, self._radius = acting_of(loads), sizes_of(loads, radius), radius
         self._varying = sizes_of([load for load in loads if not load.is_constant], radius)
-        through_axis = Arms((0.0, 1.0, 0.0))
-        forces = [load._replace(arms=through_axis) for load in loads if load.arms.is_force]
+        forces = [load._replace(arms=THROUGH_AXIS) for load in loads if load.arms.is_force]
         self._forces = sizes_of(forces, 1.0)
         self.at = lru_cache(maxsize=1)(self._at)  # asked for several times at each angle
 
@@ -267,17 +267,21 @@ class Sum:
 
 
 class Balance:
-    """Eq 24 of a scenario for an unknown at a time, s."""
+    """Eq 24 of a scenario for an unknown at a time, s; of steady motion with r_k, not r_s."""
 
-    def __init__(self, scenario: ShaftScenario, unknown: Unknown, time: float) -> None:
+    def __init__(
+        self, scenario: ShaftScenario, unknown: Unknown, time: float, steady: bool = False
+    ) -> None:
         self._unknown, self._journal, self._radius = unknown, scenario.effects.shaft_friction, 0.0
         # The unknown changes the friction, and neither moment nor resultant. Any coefficient may
         # be its value: the friction radius is at most that of the shaft.
         self.is_of_friction = unknown.table == "effects.shaft_friction"
         if journal := self._journal:
-            self._radius = journal.shaft_radius if self.is_of_friction else journal.static_radius
-        given, sought = [], []
-        for term in terms_of(scenario, time, unknown.key):
+            radius = journal.kinetic_radius if steady else journal.static_radius
+            self._radius = journal.shaft_radius if self.is_of_friction else radius
+        terms = terms_of(scenario, time, unknown.key)
+        normal_load, given, sought = (journal.normal_load if journal else None), [], []
+        for term in carried(terms, normal_load, lambda arms, size: Term(arms, {"N": size})):
             if unknown.key in term.factors:
                 table = None if unknown.name == "size" else term.table
                 sought.append(Term(term.arms, term.factors | {unknown.key: 1.0}, table))

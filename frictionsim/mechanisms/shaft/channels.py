@@ -1,5 +1,6 @@
 """Channels of a body on a shaft, and those of its default plot."""
 
+from frictionsim.mechanisms.journal import CHANNELS as JOURNAL_CHANNELS
 from frictionsim.mechanisms.single_dof import base_channels
 from frictionsim.results import Channel
 
@@ -8,6 +9,7 @@ CHANNELS = base_channels("body") | {
     "applied_torque": Channel("N m", "torque on the body, of all but dry friction and end stops"),
     "stop_torque": Channel("N m", "torque of an end stop on the body that rests on it"),
     "shaft_reaction": Channel("N", "reaction of the shaft"),
+    **JOURNAL_CHANNELS,
     "reaction_x": Channel("N", "reaction of the shaft on the body, component to the right"),
     "reaction_y": Channel("N", "reaction of the shaft on the body, component upwards"),
     "energy_input": Channel("J", "work of the forces and couples"),

@@ -37,6 +37,7 @@ from frictionsim.mechanisms.shaft.loads import (
     Triple,
     acting_of,
     arms_of_weight,
+    carried,
     knots_of,
     sizes_of,
     total_of,
@@ -150,7 +151,10 @@ class Shaft:
     inertia : float, kg m^2
     loads, weights : list of Load
     forces : list of Load
-        All of them, the weights without their moments, which are stored energies and no input.
+        All of them, the weights without their moments, which are stored energies and no input; or
+        their moments, and the constant normal load of the friction.
+    resultant : callable
+        As `acting`, with the force of all forces in any case.
     r_s, r_k : float, m
         Friction radii, r_k at the speed zero; zero without dry friction.
     radius : OverSpeed or None
@@ -170,9 +174,11 @@ class Shaft:
         self.spring = _spring_of(effects.torsion_spring)
         self.loads, self.weights = loads_of(scenario), weights_of(scenario)
         (_, x, y), (cosine, *_), (sine, *_) = total_of(self.weights)
-        self.forces = [*self.loads, Load(Arms((0.0, x, y)), Constant(1.0))]
-        self.acting = acting_of(self.forces)
-        self._sizes = sizes_of([*self.loads, *self.weights], self.r_s)
+        self.normal_load = journal.normal_load if journal else None
+        forces = [*self.loads, Load(Arms((0.0, x, y)), Constant(1.0))]
+        self.forces = self._carried(forces)
+        self.acting, self.resultant = acting_of(self.forces), acting_of(forces)
+        self._sizes = sizes_of(self._carried([*self.loads, *self.weights]), self.r_s)
         self.eccentric = None
         if mass is not None and mass.first_moment:
             azimuth = radians(mass.azimuth_deg)
@@ -188,6 +194,9 @@ class Shaft:
             *viscous_damping(effects.viscous_damping),
         ]
         self._torques: list[Any] = [part.torque for part in self.parts]
+
+    def _carried(self, loads: list[Load]) -> list[Load]:
+        return carried(loads, self.normal_load, lambda arms, size: Load(arms, Constant(size)))
 
     def torque(self, u: Acting, q: float, v: float) -> float:
         """Return the torque of all but dry friction and end stops, N m."""
@@ -229,7 +238,9 @@ class Shaft:
 
     @property
     def may_reverse(self) -> bool:
-        """Whether the load of the shaft may pass zero."""
+        """Whether the load of the friction may pass zero."""
+        if self.normal_load is not None:
+            return False
         fixed, turning, _ = total_of(load for load in self.forces if load.is_constant)
         varying = [load.arms for load in self.forces if not load.is_constant]
         varies = any(any(triple[1:]) for arms in varying for triple in arms)
@@ -286,7 +297,7 @@ class Excess:
         self.shaft, self.r_s, self.s, self.angle = shaft, r_s, s, angle
         self.changing = [
             (load.size, load.arms.at(angle))
-            for load in shaft.loads
+            for load in shaft.forces
             if load.over == TIME and not load.is_constant
         ]
 
@@ -368,7 +379,7 @@ class Reversal:
 
 def _kinetic_limit(shaft: Shaft, radius: OverSpeed) -> Callable[..., float]:
     """Return the kinetic limit; with an eccentric mass, K of `EccentricMass` is r_k R."""
-    mass = shaft.eccentric
+    mass = shaft.eccentric if shaft.normal_load is None else None
     if not radius.varies:
         return mass.kinetic_limit if mass else shaft.kinetic_limit
     if mass is None:
@@ -399,6 +410,9 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
             numbers.append(-torque if v == 0.0 and stops.side(q) * torque > 0.0 else 0.0)
         return numbers
 
+    def recorded_with_resultant(u: Acting, q: float, v: float, a: float) -> list[float]:
+        return recorded(shaft.resultant(u[0], q, v), q, v, a)
+
     return OneCoordinate(
         Elapsed(tuple(load.size for load in shaft.loads if load.over == TIME)),
         shaft.acting,
@@ -417,5 +431,5 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
             *("applied_torque", "shaft_reaction", "reaction_x", "reaction_y"),
             *(["stop_torque"] if stops is not None else []),
         ),
-        recorded=recorded,
+        recorded=recorded if shaft.normal_load is None else recorded_with_resultant,
     )

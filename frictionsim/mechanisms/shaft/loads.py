@@ -56,6 +56,11 @@ class Arms(NamedTuple):
         """Whether they load the shaft; a couple does not."""
         return any(any(triple[1:]) for triple in self)
 
+    @property
+    def moments(self) -> "Arms":
+        """Those without the force."""
+        return Arms(*((moment, 0.0, 0.0) for moment, _, _ in self))
+
     def at(self, angle: float) -> Triple:
         """Return moment and components per size at an angle, rad."""
         turned = sum_of(scaled(self.cosine, cos(angle)), scaled(self.sine, sin(angle)))
@@ -100,6 +105,18 @@ class Load(NamedTuple):
         return size
 
 
+def carried(parts: Iterable[Any], normal_load: float | None, constant: Any) -> list[Any]:
+    """Return the loads or terms that act on a body with their friction.
+
+    A constant normal load, N, stands for all forces: they keep their moments, and a force through
+    the axis, `constant(arms, size)`, has the friction.
+    """
+    if normal_load is None:
+        return list(parts)
+    moments = [part._replace(arms=part.arms.moments) for part in parts]
+    return [*moments, constant(THROUGH_AXIS, normal_load)]
+
+
 class Turning(NamedTuple):
     """Whether direction and point of a force turn with the body."""
 
@@ -136,6 +153,7 @@ def arms_of_weight(radius: float, azimuth: float) -> Arms:
 
 
 COUPLE = Arms((1.0, 0.0, 0.0))
+THROUGH_AXIS = Arms((0.0, 1.0, 0.0))
 
 
 def largest_arm(arms: Arms) -> float:

@@ -323,17 +323,11 @@ class ShaftScenario(SingleDofScenario):
         return max(arms, default=0.0)
 
     def warnings(self) -> list[str]:
-        """Return the warnings; also of a thick shaft, and of friction that nothing presses."""
+        """Return the warnings; also of a thick shaft, and of a mass without weight."""
         journal, arm = self.effects.shaft_friction, self.largest_arm
         warnings = super().warnings()
         if self.effects.gravity is None and self.mechanism.mass > 0.0:
             warnings.append("mechanism.mass has no effect: no weight without [effects.gravity]")
-        pressed = self.forces or self.has_weight or self.effects.eccentric_mass
-        if journal is not None and not pressed:
-            warnings.append(
-                "effects.shaft_friction has no effect: nothing presses the body onto its shaft;"
-                " give [[forces]], or mechanism.mass and [effects.gravity]"
-            )
         if journal is not None and 0.0 < arm <= journal.shaft_radius:
             warnings.insert(
                 0,
@@ -352,7 +346,9 @@ class ShaftScenario(SingleDofScenario):
         journal, arm = self.effects.shaft_friction, self.largest_arm
         others = self.couples or self.effects.torsion_spring or self.has_weight
         moves = self.mechanism.initial_angular_velocity != 0.0
-        if journal is None or others or moves or len(self.forces) != 1:
+        if journal is None or journal.normal_load is not None or others or moves:
+            return self
+        if len(self.forces) != 1:
             return self
         unknown = None if self.statics is None else self.statics.unknown
         if 0.0 < arm <= journal.static_radius and not str(unknown).endswith(RADII):
@@ -367,7 +363,7 @@ class ShaftScenario(SingleDofScenario):
     @model_validator(mode="after")
     def _check_sliding(self) -> Self:
         journal, eccentric = self.effects.shaft_friction, self.effects.eccentric_mass
-        if journal is None or eccentric is None:
+        if journal is None or journal.normal_load is not None or eccentric is None:
             return self
         product = eccentric.first_moment * journal.radius_over_speed.largest
         if product >= self.inertia:

@@ -44,6 +44,7 @@ def statics(scenario: ShaftScenario) -> StaticQuantities:
         return quantities
     breakaway = _Breakaway(scenario)
     quantities |= breakaway.roots()
+    quantities |= breakaway.steady_roots()
     quantities |= breakaway.worst()
     quantities.notes = (*quantities.notes, *breakaway.notes)
     return quantities
@@ -54,8 +55,8 @@ def at_rest(scenario: ShaftScenario) -> StaticQuantities:
     journal, (time, angle) = scenario.effects.shaft_friction, place_of(scenario)
     radius, q = journal.static_radius if journal else 0.0, radians(angle)
     loads = Sum(terms_of(scenario, time), radius)
-    (torque, *_, terms), reaction = loads.at(q), loads.reaction(q)
-    limit = radius * reaction
+    (torque, x, y, terms), reaction = loads.at(q), loads.reaction(q)
+    limit = radius * journal.load_of(reaction) if journal else 0.0
     arm, margin = torque / reaction if reaction else None, limit - abs(torque)
     # As in a run: torque and limit are sums of products.
     tie = ROUNDING * terms + float_info.min if journal else 0.0
@@ -68,6 +69,8 @@ def at_rest(scenario: ShaftScenario) -> StaticQuantities:
         angle=Quantity(q, "rad"),
         applied_torque=Quantity(torque, "N m"),
         shaft_reaction=Quantity(reaction, "N"),
+        force_x=Quantity(x if reaction else 0.0, "N"),
+        force_y=Quantity(y if reaction else 0.0, "N"),
         lever_arm=Quantity(arm, "m"),
         static_limit=Quantity(limit, "N m"),
         static_margin=Quantity(margin, "N m"),
@@ -104,8 +107,8 @@ class _Breakaway:
         assert scenario.statics is not None  # asked by the caller
         assert scenario.statics.unknown is not None
         self.unknown = unknown_of(scenario, scenario.statics.unknown)
-        time, self._angle = place_of(scenario)
-        self._balance = Balance(scenario, self.unknown, time)
+        self._scenario, (self._time, self._angle) = scenario, place_of(scenario)
+        self._balance = Balance(scenario, self.unknown, self._time)
         self._on_stop = stop_at(scenario, self._angle)
         self._begin, self._end, self._where = self._angle - 180, self._angle + 180, "over a turn"
         if stops := scenario.effects.end_stops:
@@ -122,19 +125,35 @@ class _Breakaway:
     def roots(self) -> Quantities:
         """Return the roots at the angle of the statics, by their directions."""
         roots = self._balance.roots(radians(self._angle))
-        quantities = {}
-        for s, direction in DIRECTIONS.items():
-            first, second = (*roots.of(s), None, None)[:2]
-            name = f"{self.unknown.label}_{direction}"
-            quantities[name] = self._quantity(first)
-            if second is not None:
-                quantities[f"{name}_second"] = self._quantity(second)
+        quantities = self._named(roots, self.unknown.label)
         self.notes += self._notes_of(roots)
         if self._on_stop:
             self.notes.append(
                 f"at {self._angle:.6g} deg, the {STOPS[self._on_stop]} end stop keeps the"
                 f" body from turning {WORDS[self._on_stop]} with any {self.unknown.key}"
             )
+        return quantities
+
+    def steady_roots(self) -> Quantities:
+        """Return the roots with r_k, which keep the body turning at a constant speed.
+
+        There are none of a key of the friction itself.
+        """
+        if self._balance.is_of_friction:
+            return {}
+        roots = Balance(self._scenario, self.unknown, self._time, steady=True).roots(
+            radians(self._angle)
+        )
+        return self._named(roots, f"{self.unknown.label}_keep")
+
+    def _named(self, roots: Roots, label: str) -> Quantities:
+        """Return roots by a label and their directions."""
+        quantities = {}
+        for s, direction in DIRECTIONS.items():
+            first, second = (*roots.of(s), None, None)[:2]
+            quantities[f"{label}_{direction}"] = self._quantity(first)
+            if second is not None:
+                quantities[f"{label}_{direction}_second"] = self._quantity(second)
         return quantities
 
     def _quantity(self, value: float | None) -> Quantity:

@@ -1,0 +1,115 @@
+"""What the equations say before a run: that nothing will move, or that no friction will act."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from frictionsim.results import STICK, TAUT
+from frictionsim.scenario.methods import REGULARISED
+from frictionsim.solvers.system import OneCoordinate
+
+if TYPE_CHECKING:
+    from frictionsim.simulation.mechanism import Mechanism
+
+# Torque and limit that differ by less, relatively, are equal but for rounding.
+TIE = 1e-9
+# A signal with more extrema is periodic, or a table as dense as the samples.
+MAX_EXTREMA = 100_000
+LOOKS = 100  # times of a run besides those of extrema
+
+
+def foreseen(mechanism: "Mechanism", duration: float) -> Iterator[str]:
+    """Yield a warning if nothing moves in a run of `duration` s, and one if no friction acts."""
+    system = mechanism.system
+    if isinstance(system, OneCoordinate) and _has_no_friction(system, duration):
+        names = [f"effects.{name}" for name in mechanism.effects if name.endswith("friction")]
+        yield (
+            f"{' and '.join(names) or 'dry friction'} has no effect, zero throughout: give a"
+            " coefficient above 0, and a load that presses the contact"
+        )
+    n, start = system.coordinates, system.start
+    if mechanism.prescribed or any(start[n : 2 * n]):
+        return
+    times = [0.0]
+    for t in _times(system, duration):
+        if _moves(mechanism, t):
+            return
+        times.append(t)
+    if isinstance(system, OneCoordinate):
+        yield f"nothing moves: {_reason(mechanism, times)}"
+    else:
+        yield "nothing moves: all contacts hold"
+
+
+def _times(system: Any, end: float) -> Iterator[float]:
+    """Yield the times, s, at which a mechanism at rest may give way, and some between them."""
+    signals = getattr(system.drive, "signals", (system.drive,))
+    t, left = 0.0, MAX_EXTREMA
+    while t < end and left:
+        yield t
+        extrema = [signal.next_extremum(t) for signal in signals]
+        t, left = min([system.rests_until(t, system.start, end), *extrema]), left - 1
+    yield end
+    yield from (end * i / LOOKS for i in range(LOOKS))
+
+
+def _moves(mechanism: "Mechanism", t: float) -> bool:
+    """Return whether what rests from the start gives way at a time, s."""
+    system = mechanism.system
+    n, y = system.coordinates, system.start
+    if mechanism.law == REGULARISED:  # which holds nothing
+        return bool(system.torque(system.acting(t, y[0], 0.0), y[0], 0.0))
+    modes = [TAUT if contact.is_rope else STICK for contact in system.contacts]
+    if any(system.rates(t, y, modes)[n : 2 * n]):
+        return True
+    margins = system.margins(t, y, modes) if modes else []
+    return any(
+        forward < -roundoff or (mode == STICK and backward < -roundoff)
+        for mode, (forward, backward, roundoff) in zip(modes, margins, strict=True)
+    )
+
+
+def _reason(mechanism: "Mechanism", times: list[float]) -> str:
+    """Return why a body of one coordinate does not move, with the largest torque over its limit."""
+    system: OneCoordinate = mechanism.system
+    q = system.start[0]
+    acting = [system.acting(t, q, 0.0) for t in times]
+    torques, friction = [system.torque(u, q, 0.0) for u in acting], system.friction
+    if not any(torques):
+        if system.stops is not None and system.stops.side(q) != STICK:
+            return "the body rests on its end stop"
+        size = max(sum(map(abs, mechanism.torques(t))) for t in times)
+        if not size:
+            return "no torque is applied"
+        half = f"{0.5 * size:.4g} N m"
+        return f"the applied torques are in balance, {half} against {half}: their sum is zero"
+    if friction is None:
+        return ""
+    limits = [friction.static(u, q) for u in acting]
+    roundoff = [friction.roundoff(u, q) for u in acting]
+    hidden = [
+        (abs(torque), tie)
+        for torque, limit, tie in zip(torques, limits, roundoff, strict=True)
+        if (1.0 + TIE) * limit < abs(torque) <= limit + tie
+    ]
+    if hidden:
+        return (
+            f"a torque of {max(hidden)[0]:.4g} N m is above the static limit, but not by more than"
+            f" the rounding of the forces, {max(roundoff):.2g} N m; give smaller forces"
+        )
+    ratio = max(abs(torque) / limit for torque, limit in zip(torques, limits, strict=True) if limit)
+    return f"the largest torque is {100.0 * ratio:.10g} % of the static limit"
+
+
+def _has_no_friction(system: OneCoordinate, duration: float) -> bool:
+    """Return whether the friction is zero at some times of a run, angles and speeds."""
+    friction, angle = system.friction, system.start[0]
+    if friction is None:
+        return False
+    for t in (duration * i / LOOKS for i in range(LOOKS)):
+        for q in (angle, angle + 1.0, angle - 2.0):
+            for s in (1, -1):
+                u = system.acting(t, q, float(s))
+                applied = system.torque(u, q, float(s))
+                if friction.static(u, q) or friction.kinetic(u, q, float(s), s, applied):
+                    return False
+    return True
