@@ -202,9 +202,7 @@ def plot(
     --no-title            Leave out the title.
     """
     log_on_stderr(0)
-    with named_by_option(
-        {"window": "from and --to", "title": "no-title", "measured": "channel", "units": "unit"}
-    ):
+    with named_by_option(PLOT_OPTIONS):
         from frictionsim.api.pictures import PlotOptions, SavedPictures, save_pictures
 
         options = PlotOptions.among(locals(), window=(start, stop), title=not no_title)

@@ -3,7 +3,9 @@
 from collections.abc import Callable, Iterable, Mapping
 from math import ceil, floor, radians
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+
+from pydantic import model_validator
 
 from frictionsim.results import (
     BACKWARD,
@@ -16,7 +18,10 @@ from frictionsim.results import (
     Metric,
 )
 from frictionsim.scenario.methods import SET_VALUED, SINGLE_DOF, Pairs
+from frictionsim.scenario.schema import inconsistent
 from frictionsim.scenario.settings import Scenario
+from frictionsim.scenario.signal_tables import signal_from
+from frictionsim.scenario.signals import Signal
 from frictionsim.simulation.mechanism import ContactColumns, Mechanism, Samples
 from frictionsim.solvers.system import MARGINS, OneCoordinate
 
@@ -33,9 +38,34 @@ METRICS = (*SINGLE_DOF_METRICS, Metric("friction_heat", "quantity", "energy_fric
 
 
 class SingleDofScenario(Scenario):
-    """A scenario of one coordinate; its `mechanism` has the initial angle and angular velocity."""
+    """A scenario of one coordinate; its `mechanism` has the initial angle and angular velocity.
+
+    Of a kind with PRESCRIBES, the key `drive.speed` gives the velocity.
+    """
 
     PAIRS: ClassVar[Pairs] = SINGLE_DOF
+    PRESCRIBES: ClassVar[bool] = False
+
+    @property
+    def given_speed(self) -> Signal | None:
+        """The prescribed angular velocity, rad/s; None if it follows from the equation."""
+        speed = getattr(getattr(self, "drive", None), "speed", None) if self.PRESCRIBES else None
+        return None if speed is None else signal_from(speed)
+
+    @property
+    def law(self) -> str:
+        """The friction law; empty with a prescribed speed, which needs none."""
+        return super().law if self.given_speed is None else ""
+
+    @model_validator(mode="after")
+    def _check_initial_velocity(self) -> Self:
+        mechanism: Any = getattr(self, "mechanism", None)
+        if self.given_speed is not None and mechanism.initial_angular_velocity != 0.0:
+            raise inconsistent(
+                ("mechanism", "initial_angular_velocity"),
+                "the drive prescribes the speed; remove this key",
+            )
+        return self
 
 
 def base_channels(body: str) -> dict[str, Channel]:
@@ -67,8 +97,9 @@ def simulation_of(build: Callable[[Any], Mechanism]) -> Callable[[Scenario], "Si
 
 def start_of(scenario: Any) -> tuple[float, float]:
     """Return angle, rad, and angular velocity, rad/s, at the start."""
-    mechanism = scenario.mechanism
-    return radians(mechanism.initial_angle_deg), mechanism.initial_angular_velocity
+    mechanism, speed = scenario.mechanism, getattr(scenario, "given_speed", None)
+    velocity = mechanism.initial_angular_velocity if speed is None else speed(0.0)
+    return radians(mechanism.initial_angle_deg), velocity
 
 
 def one_coordinate(

@@ -65,6 +65,7 @@ READOUTS = {
     "angle": "angle",
     "angular_velocity": "angular velocity",
     "applied_torque": "applied torque",
+    "drive_torque": "torque of the drive",
     "friction_torque": "friction torque",
     "stop_torque": "torque of the end stop",
 }
@@ -112,6 +113,7 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
             *cords_of(scenario, body, angle - at.whole("angle")[0]),
             *forces[:-1],
             *_couples(scenario, body, reach),
+            *torque_arc("torque of the drive", at.get("drive_torque", at.still), 0.6 * reach),
         ]
         if torque.any():
             line = np.stack([np.zeros_like(lever.foot), lever.foot], axis=1)

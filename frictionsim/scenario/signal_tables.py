@@ -25,7 +25,7 @@ from frictionsim.errors import InputError, closest
 from frictionsim.scenario.arguments import ColumnKey
 from frictionsim.scenario.model_fields import unit_of
 from frictionsim.scenario.schema import Params, inconsistent, unit_field, unit_of_key
-from frictionsim.scenario.signals import Constant, CubicPiece, Harmonic, Signal, linear
+from frictionsim.scenario.signals import Constant, CubicPiece, Harmonic, Signal, linear, sum_of
 
 # Number of samples that resolve a period.
 SAMPLES_PER_PERIOD = 10
@@ -311,9 +311,19 @@ SpeedOrTimeSignals = Annotated[
 MotionSignal = Annotated[_SpeedOrTimeForms | Annotated[AngleTable, Tag("<angle_deg>")], _ByForm]
 
 
-def signal_from(table: float | PiecewiseLinearTable | SineTable | SmoothStepTable) -> Signal:
-    """Return the signal, a function of time, of a number or signal table."""
-    return table.signal() if isinstance(table, Params) else Constant(table)
+def signal_from(table: Any) -> Signal:
+    """Return the signal, a function of time, of a number or signal table, or a tuple that adds."""
+    if isinstance(table, tuple):
+        return sum_of([signal_from(term) for term in table])
+    return table.signal() if hasattr(table, "signal") else Constant(table)
+
+
+def signal_and_curve(given: Any) -> tuple[Signal, Signal | None]:
+    """Return the sum of the signals over time, and that over speed if there are any."""
+    terms = given if isinstance(given, tuple) else (given,)
+    curves = [linear(term.speed, term.value) for term in terms if isinstance(term, SpeedTable)]
+    over_time = tuple(term for term in terms if not isinstance(term, SpeedTable))
+    return signal_from(over_time), sum_of(curves) if curves else None
 
 
 def period_of(signal: Any, end: float) -> float | None:
@@ -364,15 +374,21 @@ def _extrema(table: PiecewiseLinearTable) -> Iterator[tuple[float, float]]:
 
 
 def extremes(signal: Any, end: float) -> tuple[float, float]:
-    """Return the minimum and maximum of a number or signal table between 0 and `end`, s."""
-    curve = signal_from(signal)
-    if curve.harmonic is not None and curve.harmonic.angular_frequency * end >= 2.0 * pi:
-        return curve.extremes(0.0, end)
+    """Return the minimum and maximum of a number or signal table between 0 and `end`, s.
+
+    Of a sum, those of its part over speed add to those of its part over time.
+    """
+    curve, over_speed = signal_and_curve(signal)
     values, t = [curve(0.0), curve(end)], curve.next_extremum(0.0)
+    if curve.harmonic is not None and curve.harmonic.angular_frequency * end >= 2.0 * pi:
+        values, t = list(curve.extremes(0.0, end)), end
     while t < end:
         values.append(curve(t))
         t = curve.next_extremum(t)
-    return min(values), max(values)
+    others = [0.0]
+    if over_speed is not None:
+        others = [over_speed(s * w) for w in (0.0, *over_speed.corners()) for s in (-1.0, 1.0)]
+    return min(values) + min(others), max(values) + max(others)
 
 
 def too_long(interval: float, period: float) -> bool:

@@ -7,7 +7,7 @@ signal is monotone and crosses a threshold at most once, so that no breakaway is
 from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import pairwise
-from math import ceil, cos, inf, pi, sin
+from math import ceil, cos, inf, pi, sin, ulp
 from typing import NamedTuple
 
 
@@ -65,6 +65,14 @@ class Signal:
         i = bisect_right(self._knots, t)
         return self._knots[i] if i < len(self._knots) else inf
 
+    def corners(self) -> tuple[float, ...]:
+        """Return the sizes of all places but 0 at which a derivative jumps, ascending."""
+        sizes, x = set[float](), self.next_discontinuity(-inf)
+        while x < inf:
+            sizes.add(abs(x))
+            x = self.next_discontinuity(x)
+        return tuple(sorted(sizes - {0.0}))
+
     def next_extremum(self, t: float) -> float:
         """Return a time after t, s, up to which the signal is monotone and smooth; inf if all."""
         if self.harmonic is None:
@@ -105,6 +113,55 @@ class Constant(Signal):
 
     def __call__(self, t: float) -> float:
         return self._value
+
+
+# In the search for an extremum of a sum: the shortest step, as a part of its fastest period (rad),
+# in which it changes by roundoff alone, and the number of steps.
+LEAST_PHASE, MOST_LOOKS = 1e-7, 10_000
+
+
+class Sum(Signal):
+    """A sum of signals, of which one extremum after the other is searched for."""
+
+    def __init__(self, terms: Sequence[Signal]) -> None:
+        super().__init__([CubicPiece(0.0, 0.0)])
+        self.terms = tuple(terms)
+        fastest = [term.harmonic.angular_frequency for term in terms if term.harmonic]
+        self._least = LEAST_PHASE / max(fastest, default=inf)
+
+    def __call__(self, t: float) -> float:
+        return sum([term(t) for term in self.terms])
+
+    def derivative(self, t: float) -> float:
+        return sum([term.derivative(t) for term in self.terms])
+
+    def next_discontinuity(self, t: float) -> float:
+        return min([term.next_discontinuity(t) for term in self.terms])
+
+    def next_extremum(self, t: float) -> float:
+        """Return a time after t, s, up to which the sum is monotone, but for roundoff, and smooth.
+
+        Where |f''| <= C, the slope keeps its sign for |f'|/C.
+        """
+        end = self.next_discontinuity(t)
+        bound = self.curvature(t, end if end < inf else t)
+        if bound == 0.0:
+            return end
+        x, first, least = t, 0.0, max(self._least, 4.0 * ulp(t))
+        for _ in range(MOST_LOOKS):  # a shorter time is as true
+            rate = self.derivative(x)
+            if x >= end or rate * first < 0.0:
+                break
+            x, first = x + max(abs(rate) / bound, least), first or rate
+        return min(x, end)
+
+    def curvature(self, begin: float, end: float) -> float:
+        return sum([term.curvature(begin, end) for term in self.terms])
+
+
+def sum_of(terms: Sequence[Signal]) -> Signal:
+    """Return the sum of signals, the only one as it is."""
+    return terms[0] if len(terms) == 1 else Sum(terms) if terms else Constant(0.0)
 
 
 def linear(times: Sequence[float], values: Sequence[float]) -> Signal:

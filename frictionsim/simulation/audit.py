@@ -38,6 +38,7 @@ MAX_ENERGY_ERROR = 0.01
 IMPACT_ERROR = 1e-9
 # Allowed distance from the static limit of what leaves stick, relative to the limit.
 RELEASE_DISTANCE = 1e-9
+GIVEN = "angular_velocity"  # what a drive may prescribe
 # Limit of what the absolute tolerance allows, relative to the energy scale of the scenario.
 ABSOLUTE_ERROR_LIMIT = 1e-8
 
@@ -70,14 +71,15 @@ def audit(
     impacts = "energy_impact" in mechanism.energies
     # Regularised friction creeps instead of sticking; the friction checks do not apply.
     if frictions and mechanism.law != methods.REGULARISED:
-        carries = mechanism.law == methods.SET_VALUED and not mechanism.prescribed
-        worst = max(friction_violation(samples, c, carries) for c in frictions)
+        carries = mechanism.law == methods.SET_VALUED
+        free = [c for c in frictions if not (mechanism.prescribed and c.velocity == GIVEN)]
+        worst = max(friction_violation(samples, c, carries and c in free) for c in frictions)
         checks["friction_law"] = Check(worst, ROUNDING)
         power = max(driving_power(samples, c, atol) for c in frictions)
         checks["dissipation_sign"] = Check(max(power, _gain(samples) if impacts else 0.0), 0.0)
         checks["stick_drift"] = Check(max(drift(samples, c) for c in mechanism.contacts), 0.0)
-        if methods.METHODS[settings.backend].locates_events and not mechanism.prescribed:
-            distance = release_distance(samples, frictions, settings.duration)
+        if methods.METHODS[settings.backend].locates_events and free:
+            distance = release_distance(samples, free, settings.duration)
             checks["release"] = Check(distance, RELEASE_DISTANCE)
     elif impacts and mechanism.contacts:
         checks["dissipation_sign"] = Check(_gain(samples), 0.0)

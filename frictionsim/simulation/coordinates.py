@@ -15,14 +15,14 @@ from frictionsim.simulation.audit import audit
 from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
 from frictionsim.simulation.mechanism import Mechanism, Samples
 from frictionsim.simulation.monitor import RunMonitor
-from frictionsim.simulation.run_warnings import hidden_stick_slip
+from frictionsim.simulation.run_warnings import hidden_stick_slip, undetermined
 from frictionsim.simulation.sample_store import SAMPLES, Columns, chosen, with_derived
 from frictionsim.simulation.standstill import foreseen
 from frictionsim.solvers import solver_of
 from frictionsim.solvers.events import STOP
 from frictionsim.solvers.loop import State
 from frictionsim.solvers.modes import holds, subject
-from frictionsim.solvers.prescribed import DRIVE, PrescribedMotion
+from frictionsim.solvers.prescribed import DRIVE, PrescribedEvents
 from frictionsim.solvers.recording import Recording
 from frictionsim.solvers.rkf45 import Step, Tolerances
 
@@ -71,7 +71,7 @@ class CoordinateSimulation:
                 f"solver.backend: end stops need the backend 'events', got '{settings.backend}'"
             )
         self._solver = (
-            PrescribedMotion(*parts)
+            PrescribedEvents(*parts)
             if mechanism.prescribed
             else solver_of(mechanism.law, settings.backend, *parts)
         )
@@ -151,7 +151,7 @@ class CoordinateSimulation:
         rows = require_array(state, "transitions", np.float64, ndim=2)
         if rows.shape != (len(contacts), 4):  # time, modes before and after it, position
             raise unfit("transitions", "is of another type or shape")
-        names = [STOP, DRIVE, *[c.name for c in self._mechanism.system.contacts]]
+        names = [STOP, DRIVE, *[c.name for c in self._mechanism.contacts]]
         names += [surface.event for surface in self._mechanism.system.surfaces]
         known = {name.encode(): name for name in names if name}
         if not known.keys() >= set(contacts):
@@ -305,6 +305,8 @@ class CoordinateSimulation:
         if samples.time.size < 2 or samples.time[-1] < settings.duration:
             return []
         warnings = [*foreseen(mechanism, settings.duration), *mechanism.run_warnings(samples)]
+        if mechanism.prescribed:
+            warnings += undetermined(samples)
         if mechanism.law in ("", methods.REGULARISED):  # which passes "stick" at each reversal
             return warnings
         return warnings + hidden_stick_slip(samples.transitions, self._interval, settings.duration)

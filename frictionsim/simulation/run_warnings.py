@@ -6,15 +6,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionsim.results import STICK
 from frictionsim.scenario.settings import MAX_SAMPLES
 from frictionsim.scenario.signal_tables import SAMPLES_PER_PERIOD, shorter, too_long
 from frictionsim.simulation.averages import time_mean
 from frictionsim.solvers.events import STOP
+from frictionsim.solvers.system import MARGINS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from frictionsim.results import Array, Transition
+    from frictionsim.simulation.mechanism import Samples
 
 # Transitions closer than this are one: event location is exact to two units in the last place.
 SAME_EVENT_ULPS = 4.0
@@ -103,3 +106,16 @@ def against_drive(time: "Array", torque: "Array", position: "Array") -> str:
     if mean * displacement >= 0.0:
         return ""
     return f"ran back by {abs(displacement):.6g} rad, against a mean torque of {mean:.4g} N m"
+
+
+def undetermined(samples: "Samples") -> list[str]:
+    """Warn of a rest that the drive gives to a body with dry friction."""
+    if "mode" not in samples.columns:
+        return []
+    limit = np.where(samples["mode"] == STICK, samples[MARGINS[0]], 0.0)
+    return [
+        f"drive.speed is 0 at {time:.6g} s: the friction of a body that is held is undetermined,"
+        " and counts as 0; drive_torque may differ from what is shown there by up to the static"
+        f" limit, {np.max(limit):.4g} N m"
+        for time in samples.time[limit > 0.0][:1]
+    ]

@@ -107,11 +107,10 @@ class SweepStudy(NamedTuple):
             fault = str(error).rpartition(" is not valid: ")[2]
             named = [
                 place
-                for text in (fault, str(error))
                 for key, place in self.places.items()
-                if any(name.rpartition(".")[2] in text for name in names_in(key))
+                if any(name.rpartition(".")[2] in fault for name in names_in(key))
             ]
-            raise InputError(f"{next(iter(named), '')}{error}") from error
+            raise InputError(f"{[*named, *self.places.values()][0]}{error}") from error
 
 
 def is_study(data: Mapping[str, Any]) -> bool:

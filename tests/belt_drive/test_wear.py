@@ -112,6 +112,18 @@ def test_a_value_of_one_patch_can_be_set_by_its_name_or_number() -> None:
         assert [one["mu_k"] for one in patches] == [0.1, 0.25]
 
 
+def test_a_sweep_over_a_patch_knows_its_keys() -> None:
+    """Of the one or of several, by number or by name."""
+    oil = patch(0.1, 0.2, name="oil")
+    for patches, keys in ((oil, [""]), ([oil, patch(0.3, 0.4)], ["0.", "oil."])):
+        scenario = fs.load(worn(effects__patch=patches, solver__duration=1e-3))
+        for key in keys:
+            swept = fs.sweep(scenario, {f"effects.patch.{key}to": [0.2, 0.25]}, workers=1)
+            assert swept[f"effects.patch.{key}to"].attrs["units"] == "m"
+    with pytest.raises(fs.InputError, match="unknown key 'mu_x'"):
+        fs.sweep(scenario, {"effects.patch.oil.mu_x": [0.2, 0.25]}, workers=1)
+
+
 # --- the work of friction -------------------------------------------------------------------------
 
 

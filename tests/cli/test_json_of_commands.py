@@ -89,7 +89,7 @@ def test_plot_of_all_views_as_json(told: Run) -> None:
     out, err = told("plot", "a.h5", "--view", "all", "--json", "--no-clobber")
     document = strict_json(out)
     assert (document["pictures"], err) == (["a-speeds.png"], "")
-    assert len(document["skipped"]) == 3
+    assert len(document["skipped"]) == 4
     assert all(isinstance(reason, str) for reason in document["skipped"])
 
 

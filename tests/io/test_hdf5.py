@@ -71,7 +71,7 @@ def test_root_attributes_describe_the_run(done: Record, result: Path) -> None:
 
 def test_numbers_have_types_units_and_meanings(result: Path) -> None:
     integers = {"mode", "contact", "mode_from", "mode_to", "event", "ok", "steps", "rejected"}
-    integers |= {"rhs_evaluations", "states"}
+    integers |= {"rhs_evaluations", "states", "case", "case_before", "case_after"}
     with h5py.File(result) as file:
         for path, dataset in datasets(file).items():
             name = path.rpartition("/")[2]

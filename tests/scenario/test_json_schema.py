@@ -102,7 +102,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"mechanism__load": None}, "'load' is a required property"),
     ({"mechanism__load": "x"}, "'x' is not of type 'number'"),
     ({"mechanism__load": -1.0}, "-1.0 is less than the minimum of 0"),
-    ({"mechanism__inertia": 0}, "0 is less than or equal to the minimum of 0"),
+    ({"mechanism__inertia": -1}, "-1 is less than the minimum of 0"),
     ({"solver__max_steps": 1.5}, "1.5 is not of type 'integer'"),
     ({"solver__backend": "moreau"}, "'moreau' is not one of ['events', 'rkf45', "),
     ({"output__channels": ["angel"]}, "'angel' is not one of ['angle', "),

@@ -132,9 +132,10 @@ def test_each_key_and_its_meaning_are_there(kind: str) -> None:
 
 def test_a_key_has_its_unit_meaning_and_choices() -> None:
     text = TEXTS["pulley"]
-    assert "inertia = 1.355                   # kg m^2: Moment of inertia of the pulley.\n" in text
+    meaning = "Moment of inertia of the pulley; 0 with taut masses or a\n"
+    assert f"inertia = 1.355                   # kg m^2: {meaning}" in text
     assert "mu_s = 0.2             # Static coefficient of friction, not below mu_k.\n" in text
-    assert "3113.75] }  # N, signal: Force on the cord.\n" in text
+    assert "3113.75] }  # N, signal, or a list of them, which add:\n" in text
     belt = TEXTS["belt_drive"]
     assert "# # g = 9.81  # m/s^2: Acceleration of gravity.\n" in belt
     assert "# [effects.belt_friction.pulleys.NAME]\n" in belt

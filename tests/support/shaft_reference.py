@@ -144,7 +144,7 @@ class Body:
         """Return the angular acceleration in direction s, and the reaction of the shaft."""
         moment, force = self.applied(t, q, w)
         arm = self.arm * cmath.exp(1j * q)
-        alpha, r_k = moment / self.inertia, self.kinetic_radius(w)
+        alpha, r_k = moment / self.inertia if self.inertia else 0.0, self.kinetic_radius(w)
         for _ in range(60):
             pull = self.m * (1j * alpha - w * w) * arm
             reaction = pull - force

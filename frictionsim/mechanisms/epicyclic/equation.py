@@ -28,6 +28,7 @@ References
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import asin, atan2, cos, hypot, pi, sin, sqrt
 from typing import Any, NamedTuple
 
@@ -39,6 +40,7 @@ from frictionsim.results import Quantities, Quantity
 from frictionsim.scenario.kinetic_friction import OverSpeed, over_speed
 from frictionsim.scenario.signal_tables import signal_from
 from frictionsim.simulation.mechanism import Mechanism, Samples
+from frictionsim.solvers.prescribed import OneAtSpeed
 from frictionsim.solvers.system import INPUT, Friction, OneCoordinate, Term
 
 
@@ -111,10 +113,9 @@ def curves_of(scenario: EpicyclicScenario) -> tuple[OverSpeed, OverSpeed]:
 def build(scenario: EpicyclicScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
     geometry, effects, drive = scenario.mechanism, scenario.effects, scenario.drive
-    prescribed, constants = drive.speed is not None, constants_of(scenario)
-    table = drive.speed if prescribed else drive.torque
-    assert table is not None  # checked by the model of the drive
-    signal, (angle, speed) = signal_from(table), start_of(scenario)
+    constants = constants_of(scenario)
+    speed = scenario.given_speed
+    system_of: Any = OneCoordinate if speed is None else partial(OneAtSpeed, speed)
     K, load = constants.K, _load(constants)
     terms = [Term(lambda M_O, q, v: M_O, INPUT)]
     if effects.gravity:
@@ -146,13 +147,13 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
         L, turns, rho, psi_0 = path.length, path.turns, path.rho, path.psi_0
         following["tracer_x"] = lambda q, v: L * cos(q) + rho * cos(psi_0 + turns * q)
         following["tracer_y"] = lambda q, v: L * sin(q) + rho * sin(psi_0 + turns * q)
-    system = OneCoordinate(
-        signal,
-        (lambda t, q, v: 0.0) if prescribed else None,
+    system = system_of(
+        signal_from(drive.torque or 0.0),
+        None,
         geometry.inertia,
         terms,
         friction,
-        start=(angle, signal(0.0) if prescribed else speed),
+        start=start_of(scenario),
         surfaces=surfaces,
         channels=("drive_torque", *following),
         recorded=lambda M_O, q, v, a: [M_O, *[value(q, v) for value in following.values()]],
@@ -162,7 +163,7 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
         system,
         lambda samples: _quantities(scenario, samples),
         run_warnings=lambda samples: _run_warnings(scenario, samples),
-        prescribed=prescribed,
+        prescribed=speed is not None,
     )
 
 

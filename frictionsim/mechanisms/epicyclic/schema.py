@@ -7,9 +7,7 @@ from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.effects import Gravity
 from frictionsim.mechanisms.epicyclic.channels import CHANNELS
-from frictionsim.mechanisms.single_dof import (
-    SingleDofScenario,
-)
+from frictionsim.mechanisms.single_dof import SingleDofScenario
 from frictionsim.results import Channel
 from frictionsim.scenario.kinetic_friction import (
     KineticArm,
@@ -177,6 +175,7 @@ class EpicyclicScenario(SingleDofScenario):
     """A scenario of kind `epicyclic`."""
 
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+    PRESCRIBES: ClassVar[bool] = True
 
     kind: Literal["epicyclic"]
     mechanism: EpicyclicParameters
@@ -244,9 +243,4 @@ class EpicyclicScenario(SingleDofScenario):
                         "the friction of eq 26 as published does not depend on the speed; give a"
                         " number, or use formulation 'consistent'",
                     )
-        if self.drive.speed is not None and self.mechanism.initial_angular_velocity != 0.0:
-            raise inconsistent(
-                ("mechanism", "initial_angular_velocity"),
-                "the drive prescribes the speed; remove this key",
-            )
         return self

@@ -15,6 +15,7 @@ References
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import hypot, sqrt
 from typing import Any
 
@@ -23,8 +24,10 @@ from frictionsim.mechanisms.journal import journal_channels
 from frictionsim.mechanisms.pulley.schema import PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_forces, limit_torques
 from frictionsim.mechanisms.single_dof import one_coordinate, start_of
-from frictionsim.scenario.signal_tables import signal_from
-from frictionsim.simulation.mechanism import Mechanism, Samples
+from frictionsim.scenario.kinetic_friction import Corners
+from frictionsim.scenario.signal_tables import signal_and_curve
+from frictionsim.simulation.mechanism import Samples
+from frictionsim.solvers.prescribed import OneAtSpeed
 from frictionsim.solvers.system import INPUT, OneCoordinate, Term
 
 
@@ -35,10 +38,10 @@ def build(scenario: PulleyScenario) -> Any:
 
         return mechanism_with_masses(scenario)
     r_e, W, effects = scenario.mechanism.cord_radius, scenario.mechanism.load, scenario.effects
-    by_torque = scenario.drive.force is None
-    table = scenario.drive.torque if by_torque else scenario.drive.force
-    assert table is not None  # checked by the model of the drive
-    drive, vertical = signal_from(table), scenario.drive.direction == "vertical"
+    by_torque, vertical = scenario.drive.force is None, scenario.drive.direction == "vertical"
+    drive, curve = signal_and_curve(scenario.drive.given or 0.0)
+    speed = scenario.given_speed
+    system_of: Any = OneCoordinate if speed is None else partial(OneAtSpeed, speed)
     lever = 1.0 if by_torque else r_e
     reaction = _reaction(W, by_torque, vertical)
     terms = [
@@ -52,14 +55,15 @@ def build(scenario: PulleyScenario) -> Any:
         roundoff=lambda u, q: ROUNDING * (lever * abs(u) + r_e * W),
     )
     r_s = effects.shaft_friction.static_radius if effects.shaft_friction else 0.0
-    system = OneCoordinate(
+    system = system_of(
         drive,
-        None,
+        None if curve is None else lambda t, q, w: drive(t) + curve(w),
         scenario.mechanism.inertia,
         terms,
         friction,
         start=start_of(scenario),
         breaks=() if by_torque else _critical_forces(r_e, r_s, W, vertical),
+        surfaces=() if curve is None else (Corners(1, curve.corners()),),
         channels=("drive_torque" if by_torque else "drive_force", "shaft_reaction"),
         recorded=lambda u, q, w, a: [u, reaction(u, q)],
     )
@@ -68,8 +72,8 @@ def build(scenario: PulleyScenario) -> Any:
         return limit_torques(scenario) if by_torque else impending_motion_forces(scenario)
 
     derived = journal_channels(effects.shaft_friction, scenario.mechanism.inertia)
-    mechanism: Mechanism = one_coordinate(scenario, system, quantities, derived=derived)
-    return mechanism
+    prescribed = speed is not None
+    return one_coordinate(scenario, system, quantities, prescribed=prescribed, derived=derived)
 
 
 def _reaction(load: float, by_torque: bool, vertical: bool) -> Callable[[float, float], float]:

@@ -23,12 +23,16 @@ exp(-mu_s phi) <= T2/T1 <= exp(mu_s phi); slipping in direction sigma = sign(x' 
 
     T2/T1 = R = exp(sigma mu_k phi),    T1 = (m1 g m2 + (P + m2 g) m1)/(m2 + R m1)
 
+Where w is given, tau follows, with no friction T at rest, where it is indeterminate. The impulse of
+a rope that closes at v is J = m (1 + e) v, and the drive does its work and that of the friction.
+
 References
 ----------
 .. [1] J. A. Eytelwein, Handbuch der Statik fester Koerper, 1808: the capstan equation.
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
@@ -38,9 +42,10 @@ from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
 from frictionsim.mechanisms.single_dof import start_of
 from frictionsim.results import FORWARD, SLACK, STICK, Check, Quantity, Transition
-from frictionsim.scenario.kinetic_friction import OverSpeed
-from frictionsim.scenario.signal_tables import extremes
+from frictionsim.scenario.kinetic_friction import Corners, OverSpeed
+from frictionsim.scenario.signal_tables import extremes, signal_and_curve
 from frictionsim.simulation.mechanism import ContactColumns, Mechanism, Samples
+from frictionsim.solvers.prescribed import DRIVE, Segment
 from frictionsim.solvers.system import INPUT, MARGINS, Contact
 
 if TYPE_CHECKING:
@@ -91,6 +96,8 @@ class Lift:
     radius, ratio : OverSpeed or None
         r_k over w, and the kinetic ratio of tensions over the rate of slip; None of a shaft without
         friction, and of a cord that cannot slip.
+    curve : Signal or None
+        A torque over w, which adds to that of the drive.
 
     Attributes
     ----------
@@ -117,13 +124,17 @@ class Lift:
         has_damping: bool = False,
         radius: OverSpeed | None = None,
         ratio: OverSpeed | None = None,
+        curve: "Signal | None" = None,
     ) -> None:
         has_shaft = radius is not None
         self.n, self.drive, self.first = n, drive, 1 if has_shaft else 0
-        self._loads, self._shift = _loads(n, drive, has_damping), _shift(radius)
-        self.radius, self.ratio = radius, ratio
-        surfaces = [x.surfaces(self.coordinates + i) for i, x in enumerate((radius, ratio)) if x]
-        self.surfaces: tuple[Any, ...] = sum(surfaces, ())
+        self._loads, w = _loads(n, drive, curve, has_damping), self.coordinates
+        self._shift, self.radius, self.ratio = _shift(radius), radius, ratio
+        self.surfaces: tuple[Any, ...] = (
+            *(radius.surfaces(w) if radius else ()),
+            *(ratio.surfaces(w + 1) if ratio else ()),
+            *([Corners(w, curve.corners())] if curve else []),
+        )
         powers: dict[str, Callable[[Balance, list[float]], float]] = {
             INPUT: (lambda f, v: f.u * v[0]) if n.by_torque else self._power_of_force
         }
@@ -159,11 +170,13 @@ class Lift:
         )
 
     def tensions(
-        self, v: list[float], pull: float, torque: float, shift: float | None, modes: list[int]
-    ) -> tuple[float, list[float], float, float]:
+        self, v: list[float], pull: float, torque: float, shift: float | None, modes: list[int],
+        a: float = 0.0,
+    ) -> tuple[float, list[float], float, float]:  # fmt: skip
         """Return w', the accelerations of the other coordinates, T1 and T2.
 
-        Of the rates, P + m2 g, N, tau - b w, N m, and what `_shift` returns.
+        Of the rates, P + m2 g, N, tau - b w, N m, and what `_shift` returns; without a shift, w'
+        is a.
         """
         raise NotImplementedError
 
@@ -226,13 +239,16 @@ class Lift:
         x1, x2 = self.heights([q[0] - self.start[0], *q[1:]])
         v1, v2 = self.heights(v)
         margins = self.margins_if_held(t, y, modes)
-        shaft = [f.T, *margins[0]] if self.first else []
         return [
             *(f.a[0], f.u, f.t1 + f.t2, f.t1, f.t2, x1, v1, self.heights(f.a)[0], x2, v2),
             *self.stored(y),
-            *shaft,
+            *self.shaft_numbers(f, margins),
             *self.own_numbers(f, modes, margins),
         ]
+
+    def shaft_numbers(self, f: Balance, margins: list[Margins]) -> list[float]:
+        """Return what is recorded of the shaft."""
+        return [f.T, *margins[0]] if self.first else []
 
     def stored(self, y: list[float]) -> tuple[float, float]:
         """Return the kinetic energy, and the potential one of the masses, J."""
@@ -260,7 +276,7 @@ class Lift:
 
 
 def _loads(
-    n: LiftParameters, drive: "Signal", has_damping: bool
+    n: LiftParameters, drive: "Signal", curve: "Signal | None", has_damping: bool
 ) -> Callable[[float, float], tuple[float, float, float]]:
     """Return a function of (t, w): the drive, P + m2 g, N, and tau - b w, N m."""
     weight, b, by_torque = n.weight_2, n.damping, n.by_torque
@@ -269,11 +285,17 @@ def _loads(
         u = drive(t)
         return (u, weight, u) if by_torque else (u, weight + u, 0.0)
 
+    def of_motor(t: float, w: float) -> tuple[float, float, float]:
+        u = drive(t) + curve(w)  # type: ignore[misc]
+        return u, weight, u
+
+    given = loads if curve is None else of_motor
+
     def damped(t: float, w: float) -> tuple[float, float, float]:
-        u, pull, torque = loads(t, w)
+        u, pull, torque = given(t, w)
         return u, pull, torque - b * w
 
-    return damped if has_damping else loads
+    return damped if has_damping else given
 
 
 def _shift(radius: OverSpeed | None) -> Callable[[list[int], float], float | None]:
@@ -287,11 +309,12 @@ def _shift(radius: OverSpeed | None) -> Callable[[list[int], float], float | Non
 
 
 def _rigid(
-    n: LiftParameters, pull: float, torque: float, shift: float | None, taut_1: bool, taut_2: bool
-) -> tuple[float, float, float]:
+    n: LiftParameters, pull: float, torque: float, shift: float | None, a: float,
+    taut_1: bool = True, taut_2: bool = True,
+) -> tuple[float, float, float]:  # fmt: skip
     """Return w', T1 and T2 of a cord that does not slip; the arguments are of `Lift.tensions`."""
     r, inertia, m1, m2, g = n[:5]
-    a, weight = 0.0, m1 * g
+    weight = m1 * g
     if shift is not None:
         arm_1, arm_2 = r + shift, r - shift
         if taut_1:
@@ -348,12 +371,18 @@ class RopeLift(Lift):
         super().__init__(n, *others)
 
     def tensions(
-        self, v: list[float], pull: float, torque: float, shift: float | None, modes: list[int]
+        self,
+        v: list[float],
+        pull: float,
+        torque: float,
+        shift: float | None,
+        modes: list[int],
+        a: float = 0.0,
     ) -> tuple[float, list[float], float, float]:
         n, first = self.n, self.first
         taut_1 = modes[first] != SLACK
         taut_2 = self.coordinates == 2 or modes[first + 1] != SLACK
-        a, t1, t2 = _rigid(n, pull, torque, shift, taut_1, taut_2)
+        a, t1, t2 = _rigid(n, pull, torque, shift, a, taut_1, taut_2)
         gaps = [0.0 if taut_1 else -n.g - n.r * a]
         if self.coordinates == 3:
             gaps.append(0.0 if taut_2 else n.r * a - pull / n.m2)
@@ -413,17 +442,23 @@ class CordLift(Lift):
     )  # fmt: skip
 
     def tensions(
-        self, v: list[float], pull: float, torque: float, shift: float | None, modes: list[int]
+        self,
+        v: list[float],
+        pull: float,
+        torque: float,
+        shift: float | None,
+        modes: list[int],
+        a: float = 0.0,
     ) -> tuple[float, list[float], float, float]:
         n, sigma = self.n, modes[-1]
         if sigma == STICK:
-            a, t1, t2 = _rigid(n, pull, torque, shift, True, True)
+            a, t1, t2 = _rigid(n, pull, torque, shift, a)
             return a, [0.0], t1, t2
         ratio = self.ratio.at(v[1])  # type: ignore[union-attr]
         ratio = ratio if sigma == FORWARD else 1.0 / ratio
         weight = n.m1 * n.g
         t1 = (weight * n.m2 + pull * n.m1) / (n.m2 + ratio * n.m1)
-        t2, a = ratio * t1, 0.0
+        t2 = ratio * t1
         if shift is not None:
             a = ((t2 - t1) * n.r + torque - shift * (t1 + t2)) / n.inertia
         return a, [(t1 - weight) / n.m1 - n.r * a], t1, t2
@@ -444,6 +479,57 @@ class CordLift(Lift):
         return [f.t1 - f.t2, *margins[-1]]
 
 
+class LiftAtSpeed(Lift):
+    """Masses on a pulley of given velocity, rad/s; `solvers.prescribed` has the attributes."""
+
+    segment = Segment()
+
+    def __init__(self, velocity: "Signal", *others: Any, **keywords: Any) -> None:
+        super().__init__(*others, **keywords)
+        self.velocity, self._has_shaft, self.first = velocity, self.first, 0
+        self.turns = CONTACT_NAME if self._has_shaft else DRIVE
+        self.contacts = self.contacts[self._has_shaft :]
+        self._dry = [i - self._has_shaft for i in self._dry[self._has_shaft :]]
+
+    def balance(self, t: float, v: list[float], modes: list[int]) -> Balance:
+        n, a = self.n, self.segment.acceleration(self.velocity, t)
+        _, pull, torque = self._loads(t, v[0])
+        _, others, t1, t2 = self.tensions(v, pull, torque, None, modes, a)
+        shift = self._shift([self.segment.direction], v[0])
+        T = 0.0 if shift is None else -shift * (t1 + t2)
+        return Balance(n.inertia * a - (t2 - t1) * n.r - torque - T, [a, *others], T, t1, t2)
+
+    def recorded(self, t: float, y: list[float], modes: list[int]) -> list[float]:
+        direction = [self.segment.direction] if self._has_shaft else []
+        return [*super().recorded(t, y, modes), *direction]
+
+    def shaft_numbers(self, f: Balance, margins: list[Margins]) -> list[float]:
+        limit = self.n.r_s * (f.t1 + f.t2)
+        return [f.T, limit, limit, 0.0] if self._has_shaft else []
+
+
+class CordAtSpeed(LiftAtSpeed, CordLift):
+    """A cord that may slip."""
+
+
+class RopesAtSpeed(LiftAtSpeed, RopeLift):
+    """Ropes that may fall slack."""
+
+    def impact(self, i: int, y: list[float], modes: list[int]) -> list[float]:
+        n, gap, after = self.n, self.coordinates + 1 + i, list(y)
+        pull, m = (n.r, n.m1) if i == 0 else (-n.r, n.m2)
+        rate, w = y[gap], y[self.coordinates]
+        e = self.restitution if -rate >= self.capture_speed else 0.0
+        impulse = -m * (1.0 + e) * rate
+        heat = (self.radius.at(w) if self.radius else n.r_k) * impulse * abs(w)
+        after[gap] = -e * rate
+        after[2 * self.coordinates] += impulse * pull * w + heat
+        after[self.impact_heat] += 0.5 * (1.0 - e * e) * m * rate * rate
+        if self._has_shaft:
+            after[self.impact_heat - 1] += heat
+        return after
+
+
 def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
     n, start, effects = scenario.lift_parameters, start_of(scenario), scenario.effects
@@ -453,15 +539,18 @@ def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
     radius = journal.radius_over_speed if journal else None
     ratio = cord.ratio_over_speed if cord else None
     has_damping = effects.viscous_damping is not None
-    arguments = (n, scenario.drive_signal, start, has_damping, radius, ratio)
+    (drive, curve), speed = signal_and_curve(scenario.drive.given or 0.0), scenario.given_speed
+    arguments = (n, drive, start, has_damping, radius, ratio, curve)
+    of_cord: Any = CordLift if speed is None else partial(CordAtSpeed, speed)
+    of_ropes: Any = RopeLift if speed is None else partial(RopesAtSpeed, speed)
     weights = n.weight_1 + n.weight_2 + _largest_magnitude(scenario.drive.force, scenario)
     torque = _largest_magnitude(scenario.drive.torque, scenario)
     kinetic = 0.5 * (n.inertia + (n.m1 + n.m2) * n.r**2) * start[1] ** 2
     system: Lift
     if effects.cord_friction is not None:
-        system = CordLift(*arguments)
+        system = of_cord(*arguments)
     else:
-        system = RopeLift(
+        system = of_ropes(
             *arguments,
             restitution=masses.restitution,
             capture_speed=masses.capture_speed,
@@ -491,6 +580,7 @@ def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
         energy_scale=lambda samples: n.r * weights + torque + kinetic,
         run_warnings=run_warnings,
         checks=checks,
+        prescribed=speed is not None,
         derived=journal_channels(effects.shaft_friction, n.inertia),
     )
 

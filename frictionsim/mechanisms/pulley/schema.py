@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from math import exp, inf, radians
-from typing import ClassVar, Literal, NamedTuple, Self
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.config import JsonDict
@@ -12,9 +12,7 @@ from frictionsim.mechanisms.effects import (
     ViscousDamping,
 )
 from frictionsim.mechanisms.pulley.channels import CHANNELS
-from frictionsim.mechanisms.single_dof import (
-    SingleDofScenario,
-)
+from frictionsim.mechanisms.single_dof import SingleDofScenario
 from frictionsim.results import Channel
 from frictionsim.scenario.kinetic_friction import (
     KineticCoefficient,
@@ -24,8 +22,7 @@ from frictionsim.scenario.kinetic_friction import (
 )
 from frictionsim.scenario.methods import EVENTS_ONLY, SET_VALUED, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
-from frictionsim.scenario.signal_tables import TimeSignal, extremes, signal_from
-from frictionsim.scenario.signals import Signal
+from frictionsim.scenario.signal_tables import SpeedOrTimeSignals, TimeSignals, extremes
 
 MAX_EXPONENT = 100.0  # of exp(mu_s wrap), the ratio of tensions at which a cord slips
 
@@ -149,7 +146,9 @@ class PulleyParameters(Params):
     """`[mechanism]`."""
 
     cord_radius: float = unit_field("m", "Radius from the axis to the middle of the cord.", gt=0)
-    inertia: float = unit_field("kg m^2", "Moment of inertia of the pulley.", gt=0)
+    inertia: float = unit_field(
+        "kg m^2", "Moment of inertia of the pulley; 0 with taut masses or a given speed.", ge=0
+    )
     load: float = unit_field(
         "N",
         "Weight that hangs from the other end of the cord. Required, but left out, or 0, with"
@@ -162,11 +161,16 @@ class PulleyParameters(Params):
 
 
 class PulleyDrive(Params):
-    """`[drive]`: a force on the cord, or a torque on the pulley."""
+    """`[drive]`: a force on the cord, a torque on the pulley, or its prescribed speed."""
 
-    force: TimeSignal | None = unit_field("N", "Force on the cord.", None)
-    torque: TimeSignal | None = unit_field(
-        "N m", "Torque on the pulley, positive where it lifts the load; give this or force.", None
+    force: TimeSignals | None = unit_field("N", "Force on the cord.", None)
+    torque: SpeedOrTimeSignals | None = unit_field(
+        "N m",
+        "Torque on the pulley, positive if it lifts, over time or speed; give one of these.",
+        None,
+    )
+    speed: TimeSignals | None = unit_field(
+        "rad/s", "Given angular velocity of the pulley, whose torque is computed.", None
     )
     direction: Literal["vertical", "horizontal"] = Field(
         "vertical", description="Direction of the force, which decides the reaction of the shaft."
@@ -174,15 +178,22 @@ class PulleyDrive(Params):
 
     @model_validator(mode="after")
     def _check_inputs(self) -> Self:
-        if (self.force is None) == (self.torque is None):
-            keys = "neither" if self.force is None else "both"
-            raise inconsistent((), f"expected either force or torque; found {keys}")
-        if self.torque is not None and self.direction != "vertical":
+        ways = {"force": self.force, "torque": self.torque, "speed": self.speed}
+        found = [name for name, signal in ways.items() if signal is not None]
+        if len(found) != 1:
+            keys = " and ".join(found) or "none"
+            raise inconsistent((), f"expected one of force, torque and speed; found {keys}")
+        if self.force is None and self.direction != "vertical":
             raise inconsistent(
                 ("direction",),
-                "it is the direction of force, and the drive is a torque; remove this key",
+                f"it is the direction of force, and the drive is a {found[0]}; remove this key",
             )
         return self
+
+    @property
+    def given(self) -> Any:
+        """The force or the torque; None of a given speed."""
+        return self.torque if self.force is None else self.force
 
 
 class PulleyEffects(Params):
@@ -240,6 +251,7 @@ class PulleyScenario(SingleDofScenario):
 
     model_config = ConfigDict(json_schema_extra=LOAD_OR_CAR)
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+    PRESCRIBES: ClassVar[bool] = True
 
     kind: Literal["pulley"]
     mechanism: PulleyParameters
@@ -285,6 +297,12 @@ class PulleyScenario(SingleDofScenario):
     def _check_drive(self) -> Self:
         masses = self.effects.hanging_masses
         if masses is None:
+            if self.mechanism.inertia == 0.0 and self.drive.speed is None:
+                raise inconsistent(
+                    ("mechanism", "inertia"),
+                    "0, and load is a force without inertia: nothing limits the acceleration; give"
+                    " the inertia of the pulley, or [effects.hanging_masses]",
+                )
             return self
         if self.drive.direction != "vertical":
             raise inconsistent(
@@ -310,16 +328,52 @@ class PulleyScenario(SingleDofScenario):
                     f"it has a minimum of {minimum:.6g} N, and the end of a cord without mass"
                     " cannot push: give a force that is not negative, or a counterweight"
                 )
+        if self.drive.speed is not None:
+            return None
         journal = self.effects.shaft_friction
         r_k = journal.radius_over_speed.largest if journal else 0.0
         for name, mass in (("car", n.m1), ("counterweight", n.m2)):
-            if n.inertia + mass * n.r * (n.r - r_k) <= 0.0:
+            if mass > 0.0 and n.inertia + mass * n.r * (n.r - r_k) <= 0.0:
                 return ("effects", "shaft_friction", "shaft_radius"), (
                     f"the kinetic friction radius {r_k:.6g} m is so far above cord_radius ="
                     f" {n.r} m that the {name} of {mass:.6g} kg would turn the pulley backward by"
                     " accelerating it: the equations have no unique solution; give a thinner shaft"
                 )
-        return None
+        return self._fault_of_massless_pulley(n, r_k) if n.inertia == 0.0 else None
+
+    def _fault_of_massless_pulley(
+        self, n: LiftParameters, r_k: float
+    ) -> tuple[tuple[str, ...], str] | None:
+        """Return what is wrong with a pulley without inertia: it must not lose what hangs on it.
+
+        The extremes of the drive, in both directions of friction, have to leave all ropes taut. A
+        damping torque stays below that at the start, or that of the largest uniform speed.
+        """
+        masses = "0: the masses give the pulley its inertia, and"
+        if self.effects.cord_friction is not None:
+            return ("mechanism", "inertia"), (
+                f"{masses} a slipping cord gives none: give an inertia, or leave cord_friction out"
+            )
+        cases = [
+            (n.weight_2, u, arm) if n.by_torque else (n.weight_2 + u, 0.0, arm)
+            for u in extremes(self.drive.given, self.solver.duration)
+            for arm in (n.r + r_k, n.r - r_k)
+        ]
+        nets = [pull * (2.0 * n.r - arm) - n.weight_1 * arm + tau for pull, tau, arm in cases]
+        start, worst = abs(self.mechanism.initial_angular_velocity), inf
+        damped = max(n.damping * start, *map(abs, nets)) if n.damping else 0.0
+        for (pull, _, arm), net in zip(cases, nets, strict=True):
+            for torque in (net - damped, net + damped):
+                rim = n.r * torque / (n.m1 * n.r * arm + n.m2 * n.r * (2.0 * n.r - arm))
+                worst = min(worst, n.weight_1 + n.m1 * rim)
+                if n.m2 > 0.0:
+                    worst = min(worst, pull, pull - n.m2 * rim)
+        if worst > 0.0:
+            return None
+        return ("mechanism", "inertia"), (
+            f"{masses} a slack rope gives none; with this drive a tension may fall to"
+            f" {worst:.6g} N: give an inertia, or a drive that keeps the ropes taut"
+        )
 
     @property
     def lift_parameters(self) -> LiftParameters:
@@ -344,14 +398,6 @@ class PulleyScenario(SingleDofScenario):
             cord.ratio_over_speed.at_rest if cord else inf,
             self.drive.force is None,
         )
-
-    @property
-    def drive_signal(self) -> Signal:
-        """The force or the torque of the drive over time."""
-        force, torque = self.drive.force, self.drive.torque
-        table = torque if force is None else force
-        assert table is not None  # checked by the model of the drive
-        return signal_from(table)
 
     def warnings(self) -> list[str]:
         """Return the warnings; also of a shaft as thick as the pulley and of a pushing cord."""

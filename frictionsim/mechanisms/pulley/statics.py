@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.results import Quantities, Quantity, StaticQuantities
+from frictionsim.scenario.signal_tables import signal_from
 
 
 class LimitForces(NamedTuple):
@@ -163,7 +164,7 @@ def impending_motion_of_lift(scenario: PulleyScenario) -> Quantities:
     lift, hold = _lift_limits(n, n.r_s, n.static_ratio)
     quantities = {f"{name}_to_lift": Quantity(lift, unit), f"{name}_to_hold": Quantity(hold, unit)}
     if scenario.effects.cord_friction is not None:
-        force = 0.0 if n.by_torque else scenario.drive_signal(0.0)
+        force = 0.0 if n.by_torque else signal_from(scenario.drive.force)(0.0)
         tensions = sorted((n.weight_1, n.weight_2 + force))
         ratio = tensions[1] / tensions[0] if tensions[0] > 0.0 else None
         margin = None if ratio is None else n.static_ratio / ratio

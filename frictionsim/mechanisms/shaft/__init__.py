@@ -71,7 +71,8 @@ def build(scenario: ShaftScenario) -> Mechanism:
         quantities,
         run_warnings=run_warnings,
         torques=torques,
-        tolerance_share=tolerance_share(scenario, shaft),
+        tolerance_share=1.0 if scenario.drive else tolerance_share(scenario, shaft),
+        prescribed=scenario.drive is not None,
         derived=journal_channels(scenario.effects.shaft_friction, shaft.inertia),
     )
 

@@ -7,6 +7,7 @@ from frictionsim.results import Channel
 CHANNELS = base_channels("body") | {
     "angle": Channel("rad", "angle of the body, positive counter-clockwise"),
     "applied_torque": Channel("N m", "torque on the body, of all but dry friction and end stops"),
+    "drive_torque": Channel("N m", "torque of the drive that gives the speed, one of the applied"),
     "stop_torque": Channel("N m", "torque of an end stop on the body that rests on it"),
     "shaft_reaction": Channel("N", "reaction of the shaft"),
     **JOURNAL_CHANNELS,
@@ -18,4 +19,4 @@ CHANNELS = base_channels("body") | {
     "energy_damping": Channel("J", "heat of viscous damping"),
     "energy_impact": Channel("J", "energy lost in impacts on the end stops"),
 }
-PANELS = ("applied_torque", "friction_torque", "angular_velocity", "angle")
+PANELS = ("drive_torque", "applied_torque", "friction_torque", "angular_velocity", "angle")

@@ -20,6 +20,7 @@ References
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import cos, hypot, radians, sin, sqrt
 from sys import float_info
 from typing import Any, NamedTuple
@@ -47,6 +48,7 @@ from frictionsim.mechanisms.single_dof import start_of
 from frictionsim.scenario.kinetic_friction import OverSpeed
 from frictionsim.scenario.signal_tables import AngleTable, SpeedTable, signal_from
 from frictionsim.scenario.signals import Constant, linear
+from frictionsim.solvers.prescribed import OneAtSpeed
 from frictionsim.solvers.roots import time_of_excess
 from frictionsim.solvers.system import INPUT, EndStops, Friction, OneCoordinate, Term
 
@@ -131,6 +133,10 @@ class EccentricMass:
         along, across = self.sliding_load(u, v, applied)
         root, r_k = hypot(along, across), self.r_k
         return r_k * (self.inertia * root + s * r_k * self.p * along) / self.determinant
+
+    def limit_at_speed(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
+        """Return r_k R of a given speed, N m; `applied` is the sum of all torques."""
+        return self.r_k * hypot(*self.load(u, v, applied / self.inertia))
 
     def load(self, u: Acting, v: float, a: float) -> tuple[float, float]:
         """Return the force of the body on the shaft at an acceleration, N, right and up."""
@@ -377,15 +383,25 @@ class Reversal:
         return self.shaft.turning_load(u, y[0], y[1])
 
 
-def _kinetic_limit(shaft: Shaft, radius: OverSpeed) -> Callable[..., float]:
+def _kinetic_limit(shaft: Shaft, radius: OverSpeed, is_driven: bool) -> Callable[..., float]:
     """Return the kinetic limit; with an eccentric mass, K of `EccentricMass` is r_k R."""
     mass = shaft.eccentric if shaft.normal_load is None else None
-    if not radius.varies:
-        return mass.kinetic_limit if mass else shaft.kinetic_limit
     if mass is None:
-        return lambda u, q, v, s, applied: radius.at(v) * hypot(u[2], u[3])
+        constant, at = shaft.kinetic_limit, radius.at
+        return (lambda u, q, v, s, M: at(v) * hypot(u[2], u[3])) if radius.varies else constant
+    of = EccentricMass.limit_at_speed if is_driven else EccentricMass.kinetic_limit
+    if not radius.varies:
+        return partial(of, mass)
     numbers = mass.p, mass.azimuth, mass.inertia
-    return lambda u, q, v, s, M: EccentricMass(*numbers, radius.at(v)).kinetic_limit(u, q, v, s, M)
+    return lambda u, q, v, s, M: of(EccentricMass(*numbers, radius.at(v)), u, q, v, s, M)
+
+
+class ShaftAtSpeed(OneAtSpeed):
+    """A body of given speed: the torque of its drive adds to the moment of the loads."""
+
+    def driven(self, u: Acting, torque: float) -> Acting:
+        t, moment, *others = u
+        return (t, moment + torque, *others)  # type: ignore[return-value]
 
 
 def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
@@ -396,7 +412,7 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
         friction = Friction(
             CONTACT_NAME,
             static=shaft.static_limit,
-            kinetic=_kinetic_limit(shaft, radius),
+            kinetic=_kinetic_limit(shaft, radius, scenario.drive is not None),
             roundoff=lambda u, q: shaft.roundoff(u[0], q),
             surfaces=radius.surfaces(1),
             **journal.law_of_contact(),
@@ -406,14 +422,20 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
         torque = shaft.torque(u, q, v)
         x, y = eccentric.load(u, v, a) if eccentric else (u[2], u[3])
         numbers = [torque, hypot(x, y), -x, -y]
+        if scenario.drive is not None:
+            numbers.append(u[1] - shaft.acting(u[0], q, v)[1])
         if stops is not None:
             numbers.append(-torque if v == 0.0 and stops.side(q) * torque > 0.0 else 0.0)
         return numbers
 
     def recorded_with_resultant(u: Acting, q: float, v: float, a: float) -> list[float]:
-        return recorded(shaft.resultant(u[0], q, v), q, v, a)
+        _, _, x, y, c, s = shaft.resultant(u[0], q, v)
+        return recorded((u[0], u[1], x, y, c, s), q, v, a)
 
-    return OneCoordinate(
+    speed = scenario.given_speed
+    reverses = friction is not None and shaft.may_reverse and not (eccentric and speed)
+    kind: Any = OneCoordinate if speed is None else partial(ShaftAtSpeed, speed)
+    system: OneCoordinate = kind(
         Elapsed(tuple(load.size for load in shaft.loads if load.over == TIME)),
         shaft.acting,
         shaft.inertia,
@@ -422,14 +444,13 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
         start=start_of(scenario),
         first_excess=lambda q, a, b: first_excess(shaft, shaft.r_s, q, a, b),
         first_departure=lambda q, a, b: first_excess(shaft, 0.0, q, a, b),
-        surfaces=(
-            *knots_of(shaft.loads),
-            *([Reversal(shaft)] if friction is not None and shaft.may_reverse else []),
-        ),
+        surfaces=(*knots_of(shaft.loads), *([Reversal(shaft)] if reverses else [])),
         stops=stops,
         channels=(
             *("applied_torque", "shaft_reaction", "reaction_x", "reaction_y"),
+            *(["drive_torque"] if scenario.drive is not None else []),
             *(["stop_torque"] if stops is not None else []),
         ),
         recorded=recorded if shaft.normal_load is None else recorded_with_resultant,
     )
+    return system

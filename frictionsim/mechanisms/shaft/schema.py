@@ -14,7 +14,7 @@ from frictionsim.mechanisms.single_dof import SingleDofScenario
 from frictionsim.results import Channel
 from frictionsim.scenario.methods import EVENTS_ONLY, SET_VALUED, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
-from frictionsim.scenario.signal_tables import MotionSignal
+from frictionsim.scenario.signal_tables import MotionSignal, TimeSignals
 
 MAX_LOADS = 1000
 # Of unknowns, the endings of those that decide whether a force acts within the friction circle.
@@ -28,8 +28,9 @@ class ShaftParameters(Params):
 
     inertia: float = unit_field(
         "kg m^2",
-        "Moment of inertia of the body about the axis, without an eccentric mass.",
-        gt=0,
+        "Moment of inertia of the body about the axis, without an eccentric mass; 0 needs one, or"
+        " a given speed.",
+        ge=0,
     )
     mass: float = unit_field(
         "kg", "Mass of the body, whose centre is on the axis, without an eccentric mass.", 0.0, ge=0
@@ -103,6 +104,14 @@ class Couple(Params):
 
     name: str = _NAME
     size: MotionSignal = unit_field("N m", "Size of the couple, positive counter-clockwise.")
+
+
+class ShaftDrive(Params):
+    """`[drive]`: the prescribed speed of the body, under any forces and couples."""
+
+    speed: TimeSignals = unit_field(
+        "rad/s", "Given angular velocity of the body, counter-clockwise; its torque is computed."
+    )
 
 
 class EccentricMassTable(Params):
@@ -236,6 +245,7 @@ class ShaftScenario(SingleDofScenario):
     """A scenario of kind `shaft`."""
 
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
+    PRESCRIBES: ClassVar[bool] = True
     # Checks that need the balance of forces; `frictionsim.mechanisms.shaft` sets them.
     CHECKS: ClassVar[tuple[Callable[["ShaftScenario"], None], ...]] = ()
 
@@ -243,6 +253,7 @@ class ShaftScenario(SingleDofScenario):
     mechanism: ShaftParameters
     forces: tuple[Force, ...] = Field((), max_length=MAX_LOADS, strict=False)
     couples: tuple[Couple, ...] = Field((), max_length=MAX_LOADS, strict=False)
+    drive: ShaftDrive | None = None
     effects: ShaftEffects = ShaftEffects()
     statics: Statics | None = None
 
@@ -260,7 +271,23 @@ class ShaftScenario(SingleDofScenario):
     def signals(self) -> dict[str, Any]:
         """The input signals, by their keys in the scenario."""
         forces = {f"forces.{force.name}.size": force.size for force in self.forces}
-        return forces | {f"couples.{couple.name}.size": couple.size for couple in self.couples}
+        couples = {f"couples.{couple.name}.size": couple.size for couple in self.couples}
+        return forces | couples | ({"drive.speed": self.drive.speed} if self.drive else {})
+
+    @model_validator(mode="after")
+    def _check_drive(self) -> Self:
+        if self.drive is None and self.inertia <= 0.0:
+            raise inconsistent(
+                ("mechanism", "inertia"),
+                "0, and no eccentric mass beside the axis gives some: nothing limits the"
+                " acceleration; give an inertia, or [effects.eccentric_mass]",
+            )
+        if self.drive is not None and self.effects.end_stops is not None:
+            raise inconsistent(
+                ("effects", "end_stops"),
+                "a body of given speed does not stop at one: leave end_stops or drive.speed out",
+            )
+        return self
 
     @property
     def has_weight(self) -> bool:
@@ -292,7 +319,7 @@ class ShaftScenario(SingleDofScenario):
     @model_validator(mode="after")
     def _check_loads(self) -> Self:
         effects = self.effects
-        acts = [self.forces, self.couples, self.has_weight, effects.torsion_spring]
+        acts = [self.forces, self.couples, self.has_weight, effects.torsion_spring, self.drive]
         if self.mechanism.initial_angular_velocity:  # a coast-down, by what brakes it
             acts += [effects.viscous_damping, effects.eccentric_mass]
         if not any(acts):
@@ -345,7 +372,7 @@ class ShaftScenario(SingleDofScenario):
         """
         journal, arm = self.effects.shaft_friction, self.largest_arm
         others = self.couples or self.effects.torsion_spring or self.has_weight
-        moves = self.mechanism.initial_angular_velocity != 0.0
+        moves = self.drive or self.mechanism.initial_angular_velocity != 0.0
         if journal is None or journal.normal_load is not None or others or moves:
             return self
         if len(self.forces) != 1:
@@ -363,7 +390,7 @@ class ShaftScenario(SingleDofScenario):
     @model_validator(mode="after")
     def _check_sliding(self) -> Self:
         journal, eccentric = self.effects.shaft_friction, self.effects.eccentric_mass
-        if journal is None or journal.normal_load is not None or eccentric is None:
+        if journal is None or journal.normal_load is not None or eccentric is None or self.drive:
             return self
         product = eccentric.first_moment * journal.radius_over_speed.largest
         if product >= self.inertia:
