@@ -11,8 +11,7 @@ from frictionsim.scenario.kinetic_friction import (
     KineticCoefficient,
     OverSpeed,
     check_kinetic_friction,
-    friction_at_rest,
-    friction_over_speed,
+    over_speed,
 )
 from frictionsim.scenario.schema import FrictionLaw, Params, unit_field
 from frictionsim.solvers.system import Friction, Term
@@ -76,19 +75,13 @@ class ShaftFriction(FrictionLaw):
     @property
     def kinetic_radius(self) -> float:
         """r_k, m; at the speed zero."""
-        return friction_radius(self.shaft_radius, friction_at_rest(self.mu_k, self.mu_s))
+        return self.radius_over_speed.at_rest
 
     @property
-    def radius_over_speed(self) -> OverSpeed | None:
-        """r_k, m, over w, rad/s; None if it is constant."""
-        mu, radius = friction_over_speed(self.mu_k, self.mu_s), self.shaft_radius
-        return mu and mu.of(radius, lambda mu: friction_radius(radius, mu))
-
-    @property
-    def largest_radius(self) -> float:
-        """The largest r_k of all speeds, m."""
-        over_speed = self.radius_over_speed
-        return over_speed.largest if over_speed else self.kinetic_radius
+    def radius_over_speed(self) -> OverSpeed:
+        """r_k, m, over w, rad/s."""
+        radius = self.shaft_radius
+        return over_speed(self.mu_k, self.mu_s).of(radius, lambda mu: friction_radius(radius, mu))
 
     def load_of(self, reaction: Any) -> Any:
         """Return the load of the friction, N: the reaction, or the constant normal load."""
@@ -111,7 +104,7 @@ def journal_friction(
     """
     if effect is None:
         return None
-    r_s, r_k, over_speed = effect.static_radius, effect.kinetic_radius, effect.radius_over_speed
+    r_s, r_k, radius = effect.static_radius, effect.kinetic_radius, effect.radius_over_speed
     if (load := effect.normal_load) is not None:
         reaction = lambda u, q: load  # noqa: E731
     friction = Friction(
@@ -119,14 +112,12 @@ def journal_friction(
         static=lambda u, q: r_s * reaction(u, q),
         kinetic=lambda u, q, w, s, applied: r_k * reaction(u, q),
         roundoff=roundoff,
+        surfaces=radius.surfaces(1),
         **effect.law_of_contact(),
     )
-    if over_speed is None:
+    if not radius.varies:
         return friction
-    return friction._replace(
-        kinetic=lambda u, q, w, s, applied: over_speed.at(w) * reaction(u, q),
-        surfaces=over_speed.surfaces(1),
-    )
+    return friction._replace(kinetic=lambda u, q, w, s, applied: radius.at(w) * reaction(u, q))
 
 
 class Gravity(Params):

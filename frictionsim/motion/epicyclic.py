@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.epicyclic.equation import constants_of, over_speed, path_of
+from frictionsim.mechanisms.epicyclic.equation import constants_of, curves_of, path_of
 from frictionsim.motion.parts import Arrow, Body, Disc, Line, Motion, Outline, Part
 from frictionsim.motion.samples import Samples, scenario_in
 from frictionsim.motion.shapes import bounds_of, ray, scale_of, torque_arc, vectors
@@ -126,8 +126,8 @@ def _forces(at: Samples, scenario: "EpicyclicScenario") -> list[Part]:
         if gear.formulation == "published":
             couple = (torque + constants.lever * load) / turns
         else:
-            _, arm = over_speed(scenario)
-            rolls = np.array([arm.at(v) for v in speed]) if arm else constants.lever
+            _, arm = curves_of(scenario)
+            rolls = np.array([arm.at(v) for v in speed])
             lever = np.where(speed == 0.0, constants.static_lever, rolls)
             mesh = np.minimum(lever * np.abs(load), np.abs(torque))
             couple = (torque - np.copysign(mesh, torque)) / (turns - 1.0)

@@ -101,12 +101,10 @@ def scale_of(forces: Iterable[Part], length: float) -> float:
 
 def kinetic_radius(journal: ShaftFriction, at: "Samples") -> "float | Array":
     """Return r_k, m, that of each instant if it is over the speed; 0 if that is not recorded."""
-    over_speed = journal.radius_over_speed
-    if over_speed is None:
-        return journal.kinetic_radius
-    if "angular_velocity" not in at:
-        return 0.0
-    return np.array([over_speed.at(w) for w in at["angular_velocity"].tolist()])
+    radius = journal.radius_over_speed
+    if not radius.varies or "angular_velocity" not in at:
+        return 0.0 if radius.varies else radius.at_rest
+    return np.array([radius.at(w) for w in at["angular_velocity"].tolist()])
 
 
 def shaft_bodies(

@@ -115,10 +115,8 @@ def _inertia(record: "Record") -> float:
 
 def _kinetic_radius(journal: ShaftFriction, w: Any) -> Any:
     """Return r_k, m, at speeds, rad/s."""
-    over_speed = journal.radius_over_speed
-    if over_speed is None:
-        return np.full(np.shape(w), journal.kinetic_radius)
-    return np.array([over_speed.at(v) for v in np.ravel(w)])
+    radii = [journal.radius_over_speed.at(v) for v in np.ravel(w)]
+    return np.reshape(radii, np.shape(w))
 
 
 def _law(journal: ShaftFriction, w: Any) -> tuple[Any, Any]:

@@ -20,7 +20,7 @@ from frictionsim.display import (
 from frictionsim.errors import InputError, counted
 from frictionsim.mechanisms.effects import friction_radius
 from frictionsim.mechanisms.epicyclic.equation import path_of
-from frictionsim.mechanisms.pulley.schema import CordFriction
+from frictionsim.mechanisms.pulley.schema import CordFriction, limiting_ratio
 from frictionsim.motion.parts import Body, Detail, Line
 from frictionsim.motion.samples import scenario_in
 from frictionsim.motion.shapes import bounds_around
@@ -184,11 +184,10 @@ def ratios(record: "Record") -> tuple[float, Any] | None:
     if "cord_friction" not in scenario_of(record).get("effects", {}):
         return None
     cord = CordFriction.model_validate(scenario_value(record, "effects", "cord_friction"))
-    over_speed, rate = cord.ratio_over_speed, record.channels.get(SLIDING)
-    if over_speed is None or rate is None:
-        return cord.static_ratio, cord.kinetic_ratio
-    # While the cord sticks, the difference of the speeds is roundoff.
-    return cord.static_ratio, np.array([over_speed.at(v) for v in rate.tolist()])
+    static, kinetic = limiting_ratio(cord.mu_s, cord.wrap_deg), cord.ratio_over_speed
+    if not kinetic.varies or SLIDING not in record.channels:
+        return static, kinetic.at_rest
+    return static, np.array([kinetic.at(v) for v in record.channels[SLIDING].tolist()])
 
 
 def slipping_phases(record: "Record") -> list[tuple[float, float]]:

@@ -103,11 +103,11 @@ class CoefficientsOfFriction(Params):
         return self
 
 
-def check_kinetic(name: str, kinetic: float, static_name: str, static: float) -> None:
-    """Raise the error of a key whose kinetic friction exceeds the static one of another key."""
+def check_kinetic(name: str, kinetic: float, static_name: str, static: float, *at: Any) -> None:
+    """Raise the error of a key whose kinetic friction, at keys in it, exceeds the static one."""
     if kinetic > static:
         raise inconsistent(
-            (name,),
+            (name, *at),
             f"{kinetic} is above {static_name} = {static}; kinetic friction must not exceed static"
             f" friction, so give 0 <= {name} <= {static_name}",
         )

@@ -15,7 +15,6 @@ from scenario_keys import Key, keys, keys_of, model_of, tables
 # Keys of a signal, by the table that has them, in the unit of what it drives.
 IN_THE_UNIT_OF_THE_SIGNAL = {
     *(("PiecewiseLinearTable", "value"), ("SpeedTable", "value"), ("AngleTable", "value")),
-    ("RotationPoints", "value"),
     *(("SineParameters", "mean"), ("SineParameters", "amplitude")),
     *(("SmoothStepParameters", "from"), ("SmoothStepParameters", "to")),
 }

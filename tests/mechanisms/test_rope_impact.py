@@ -10,6 +10,7 @@ import pytest
 from frictionsim.mechanisms.pulley.masses import RopeLift
 from frictionsim.mechanisms.pulley.schema import LiftParameters
 from frictionsim.results import FORWARD, SLACK, STICK, TAUT
+from frictionsim.scenario.kinetic_friction import OverSpeed
 from frictionsim.scenario.signals import Constant
 from tests.support.wheels import solved
 
@@ -92,7 +93,7 @@ def struck(
         Constant(0.0),
         (0.0, 0.0),
         False,
-        has_shaft,
+        OverSpeed(lambda w: n.r_k, n.r_k) if has_shaft else None,
         restitution=e,
         capture_speed=0.0,
         largest_force=0.0,

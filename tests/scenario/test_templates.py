@@ -21,10 +21,9 @@ WIDTH = 100
 OF_SIGNALS = {
     *("PiecewiseLinearTable", "SineTable", "SineParameters", "SmoothStepTable"),
     *("SmoothStepParameters", "SpeedTable", "AngleTable", "CsvTable", "CsvSpeedTable"),
-    *("CoefficientPoints", "RotationPoints", "CoefficientStribeck", "CoupleStribeck"),
-    *("ArmStribeck", "CoefficientStribeckParameters", "CoupleStribeckParameters"),
-    "ArmStribeckParameters",
-}
+    *(of + form for of in ("Coefficient", "Couple", "Arm")
+      for form in ("Points", "Stribeck", "StribeckParameters")),
+}  # fmt: skip
 NEEDS = {"cord_friction": "hanging_masses"}
 
 

@@ -37,7 +37,7 @@ from frictionsim.mechanisms.epicyclic.schema import EpicyclicScenario
 from frictionsim.mechanisms.epicyclic.tracer_point import TracerPath
 from frictionsim.mechanisms.single_dof import MultiplesOf, one_coordinate, start_of
 from frictionsim.results import Quantities, Quantity
-from frictionsim.scenario.kinetic_friction import OverSpeed, friction_at_rest, friction_over_speed
+from frictionsim.scenario.kinetic_friction import OverSpeed, over_speed
 from frictionsim.scenario.signal_tables import signal_from
 from frictionsim.simulation.mechanism import Mechanism, Samples
 from frictionsim.solvers.prescribed import OneAtSpeed
@@ -90,25 +90,24 @@ def constants_of(scenario: EpicyclicScenario) -> Constants:
         G_2,
         geometry.planet_mass * L,
         hinge.torque_static * ratio if hinge else 0.0,
-        friction_at_rest(hinge.torque_kinetic, hinge.torque_static) * ratio if hinge else 0.0,
+        over_speed(hinge.torque_kinetic, hinge.torque_static).at_rest * ratio if hinge else 0.0,
         rolling.arm * turns if rolling else 0.0,
-        friction_at_rest(rolling.rolling_arm, rolling.arm) * turns if rolling else 0.0,
+        over_speed(rolling.rolling_arm, rolling.arm).at_rest * turns if rolling else 0.0,
         is_radial,
         tuple(name for name, is_there in parts.items() if is_there),
     )
 
 
-def over_speed(scenario: EpicyclicScenario) -> tuple[OverSpeed | None, OverSpeed | None]:
-    """Return `kinetic` and `lever` over phi', rad/s; None for one that is constant."""
+def curves_of(scenario: EpicyclicScenario) -> tuple[OverSpeed, OverSpeed]:
+    """Return `kinetic` and `lever` of the consistent equation over phi', rad/s."""
     geometry, effects = scenario.mechanism, scenario.effects
     hinge, rolling = effects.hinge_friction, effects.rolling_friction
     turns, ratio = abs(geometry.planet_speed_ratio), geometry.sun_radius / geometry.planet_radius
-    couple = hinge and friction_over_speed(hinge.torque_kinetic, hinge.torque_static)
-    arm = rolling and friction_over_speed(rolling.rolling_arm, rolling.arm)
-    return (
-        couple.of(ratio, lambda x: x * ratio) if couple else None,
-        arm.of(turns, lambda x: x * turns) if arm else None,
+    couple = over_speed(
+        hinge.torque_kinetic if hinge else 0.0, hinge.torque_static if hinge else 0.0
     )
+    arm = over_speed(rolling.rolling_arm if rolling else 0.0, rolling.arm if rolling else 0.0)
+    return couple.of(ratio, lambda x: x * ratio), arm.of(turns, lambda x: x * turns)
 
 
 def build(scenario: EpicyclicScenario) -> Mechanism:
@@ -209,13 +208,11 @@ def _friction(
         friction = friction._replace(
             static=lambda M_O, q: static, kinetic=lambda M_O, q, v, s, M: kinetic
         )
-    curves = over_speed(scenario)
-    if any(curves):
-        at = [curve.at if curve else None for curve in curves]
-        couple, arm = at[0] or (lambda v: kinetic), at[1] or (lambda v: lever)
+    couple, arm = curves_of(scenario)
+    if couple.varies or arm.varies:
         friction = friction._replace(
-            kinetic=lambda M_O, q, v, s, M: couple(v) + arm(v) * abs(load(q, v)),
-            surfaces=tuple(corner for curve in curves if curve for corner in curve.surfaces(1)),
+            kinetic=lambda M_O, q, v, s, M: couple.at(v) + arm.at(v) * abs(load(q, v)),
+            surfaces=couple.surfaces(1) + arm.surfaces(1),
         )
     return friction, surfaces
 
@@ -230,7 +227,7 @@ def path_of(scenario: EpicyclicScenario) -> TracerPath:
 def _quantities(scenario: EpicyclicScenario, samples: Samples) -> Quantities:
     """Return the torques of uniform rotation, cusps, dwell and swing."""
     values = uniform_torques(scenario)
-    depends = constants_of(scenario).is_radial or any(over_speed(scenario))
+    depends = constants_of(scenario).is_radial or any(c.varies for c in curves_of(scenario))
     if depends and samples.time.size:
         torque = uniform_torque_mean(scenario, float(samples["angular_velocity"][-1]))
         values["uniform_torque_mean_at_final_speed"] = Quantity(torque, "N m")
@@ -300,6 +297,5 @@ def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:
         return constants.kinetic
     a, b = constants.G_2, constants.mass_length * speed * speed if constants.is_radial else 0.0
     load = b if b >= a else 2.0 / pi * (sqrt(a * a - b * b) + b * asin(b / a))
-    couple, lever = over_speed(scenario)
-    kinetic = couple.at(speed) if couple else constants.kinetic
-    return kinetic + (lever.at(speed) if lever else constants.lever) * load
+    couple, lever = curves_of(scenario)
+    return couple.at(speed) + lever.at(speed) * load

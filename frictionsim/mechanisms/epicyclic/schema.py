@@ -235,16 +235,12 @@ class EpicyclicScenario(SingleDofScenario):
                 ("effects", "rolling_friction", "normal_load"),
                 "eq 26 as published has no radial load; use 'weight', or formulation 'consistent'",
             )
-        hinge = self.effects.hinge_friction
-        if published and hinge is not None and isinstance(hinge.torque_kinetic, KineticCurve):
-            raise inconsistent(
-                ("effects", "hinge_friction", "torque_kinetic"),
-                "eq 26 as published has a constant couple; give a number, or use formulation"
-                " 'consistent'",
-            )
-        if published and rolling is not None and rolling.arm_kinetic is not None:
-            raise inconsistent(
-                ("effects", "rolling_friction", "arm_kinetic"),
-                "eq 26 as published has one arm; remove this key, or use formulation 'consistent'",
-            )
+        for name, effect in self.friction_effects.items():
+            for key, value in effect:
+                if published and isinstance(value, KineticCurve):
+                    raise inconsistent(
+                        ("effects", name, key),
+                        "the friction of eq 26 as published does not depend on the speed; give a"
+                        " number, or use formulation 'consistent'",
+                    )
         return self

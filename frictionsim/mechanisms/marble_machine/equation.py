@@ -25,6 +25,7 @@ References
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import cos, hypot, sin, sqrt
 from typing import Any
 
@@ -36,18 +37,13 @@ from frictionsim.mechanisms.marble_machine.statics import (
     impending_motion_torques,
     mesh_of,
 )
-from frictionsim.mechanisms.marble_machine.tables import (
-    MarbleMachineEffects,
-    MarbleMachineParameters,
-)
+from frictionsim.mechanisms.marble_machine.tables import MarbleMachineParameters
 from frictionsim.mechanisms.single_dof import MultiplesOf, one_coordinate, start_of
 from frictionsim.results import STICK, Quantities, Quantity
 from frictionsim.scenario.signal_tables import signal_from
 from frictionsim.scenario.signals import Constant, Signal
 from frictionsim.simulation.mechanism import Derived, Mechanism, Samples
 from frictionsim.solvers.system import INPUT, OneCoordinate, Term
-
-Limit = Callable[[float, float, float, int, float], float]
 
 
 def build(scenario: MarbleMachineScenario) -> Mechanism:
@@ -81,8 +77,15 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
         reaction=lambda T_p, q: reaction(T_p),
         roundoff=lambda T_p, q: ROUNDING * (k * abs(T_p) + largest),
     )
-    if friction and J and effects.shaft_friction and effects.shaft_friction.normal_load is None:
-        friction = friction._replace(kinetic=_kinetic(effects, mesh, weight, J * k / I))
+    journal = effects.shaft_friction
+    if friction and J and journal and journal.normal_load is None:
+        radius = journal.radius_over_speed
+        of = partial(_kinetic_limit, mesh=mesh, weight=weight, ratio=J * k / I)
+        friction = friction._replace(
+            kinetic=(lambda T_p, q, w, s, M: of(radius.at(w))(T_p, q, w, s, M))
+            if radius.varies
+            else of(radius.at_rest)
+        )
     channels = ["motor_torque", "shaft_reaction", "carried_marbles"]
     system = OneCoordinate(
         drive,
@@ -148,21 +151,9 @@ def _pinion_torque(
     return Constant(u), lambda t, q, w: u * (1.0 - slope * w)
 
 
-def _kinetic(effects: MarbleMachineEffects, mesh: GearMesh, weight: float, ratio: float) -> Limit:
-    """Return the kinetic limit with the inertia of the motor, of one r_k or of one over speed."""
-    journal = effects.shaft_friction
-    assert journal is not None  # of which it is the limit
-    radius = journal.radius_over_speed
-    if radius is None:
-        return _kinetic_limit(journal.kinetic_radius, mesh, weight, ratio)
-
-    def limit(T_p: float, q: float, w: float, s: int, M: float) -> float:
-        return _kinetic_limit(radius.at(w), mesh, weight, ratio)(T_p, q, w, s, M)
-
-    return limit
-
-
-def _kinetic_limit(r_k: float, mesh: GearMesh, weight: float, ratio: float) -> Limit:
+def _kinetic_limit(
+    r_k: float, mesh: GearMesh, weight: float, ratio: float
+) -> Callable[[float, float, float, int, float], float]:
     """Return the kinetic limit with the inertia J of motor and pinion, by which T_m differs.
 
     With ratio = J k/I > 0 and I theta'' = M - s F, the limit F = r_k R_shaft(T_m) is the root of

@@ -91,10 +91,11 @@ class Lift:
     drive : Signal
         The force P on the cord, N, or the torque tau on the pulley, N m.
     start : (float, float), rad and rad/s
-    has_damping, has_shaft : bool
-        Whether there is viscous damping, and dry friction of the shaft.
+    has_damping : bool
+        Whether there is viscous damping.
     radius, ratio : OverSpeed or None
-        r_k over w, and the kinetic ratio of tensions over the rate of slip, if not constant.
+        r_k over w, and the kinetic ratio of tensions over the rate of slip; None of a shaft without
+        friction, and of a cord that cannot slip.
     curve : Signal or None
         A torque over w, which adds to that of the drive.
 
@@ -121,15 +122,14 @@ class Lift:
         drive: "Signal",
         start: tuple[float, float],
         has_damping: bool = False,
-        has_shaft: bool = False,
         radius: OverSpeed | None = None,
         ratio: OverSpeed | None = None,
         curve: "Signal | None" = None,
     ) -> None:
+        has_shaft = radius is not None
         self.n, self.drive, self.first = n, drive, 1 if has_shaft else 0
-        self._loads = _loads(n, drive, curve, has_damping)
-        self._shift, self.radius = _shift(n, has_shaft, radius), radius
-        self._ratio, w = _ratio(n, ratio), self.coordinates
+        self._loads, w = _loads(n, drive, curve, has_damping), self.coordinates
+        self._shift, self.radius, self.ratio = _shift(radius), radius, ratio
         self.surfaces: tuple[Any, ...] = (
             *(radius.surfaces(w) if radius else ()),
             *(ratio.surfaces(w + 1) if ratio else ()),
@@ -298,21 +298,14 @@ def _loads(
     return damped if has_damping else given
 
 
-def _shift(
-    n: LiftParameters, has_shaft: bool, radius: OverSpeed | None
-) -> Callable[[list[int], float], float | None]:
+def _shift(radius: OverSpeed | None) -> Callable[[list[int], float], float | None]:
     """Return a function of modes and w: s r_k, m, by which friction shifts arms; None at rest."""
-    r_k = n.r_k
-    if not has_shaft:
-        return lambda modes, w: 0.0
     if radius is None:
+        return lambda modes, w: 0.0
+    r_k = radius.at_rest
+    if not radius.varies:
         return lambda modes, w: None if modes[0] == STICK else modes[0] * r_k
     return lambda modes, w: None if modes[0] == STICK else modes[0] * radius.at(w)
-
-
-def _ratio(n: LiftParameters, ratio: OverSpeed | None) -> Callable[[float], float]:
-    """Return a function of the rate of slip: the ratio of tensions of a cord that slips."""
-    return ratio.at if ratio else lambda rate: n.kinetic_ratio
 
 
 def _rigid(
@@ -418,8 +411,8 @@ class RopeLift(Lift):
             other = 0.0
         w, rate = y[count], y[gap]
         e = self.restitution if -rate >= self.capture_speed else 0.0
-        if self.radius:  # that at the speed before the impact
-            n = n._replace(r_k=self.radius.at(w))
+        if self.radius is not None:
+            n = n._replace(r_k=self.radius.at(w))  # that at the speed before the impact
         end = shock(n, own, other, sign * w, rate, e)
         after = list(y)
         after[count], after[gap] = sign * end.w, end.rate
@@ -461,7 +454,7 @@ class CordLift(Lift):
         if sigma == STICK:
             a, t1, t2 = _rigid(n, pull, torque, shift, a)
             return a, [0.0], t1, t2
-        ratio = self._ratio(v[1])
+        ratio = self.ratio.at(v[1])  # type: ignore[union-attr]
         ratio = ratio if sigma == FORWARD else 1.0 / ratio
         weight = n.m1 * n.g
         t1 = (weight * n.m2 + pull * n.m1) / (n.m2 + ratio * n.m1)
@@ -542,12 +535,12 @@ def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
     n, start, effects = scenario.lift_parameters, start_of(scenario), scenario.effects
     masses = effects.hanging_masses
     assert masses is not None  # of which it is one
-    has_effects = effects.viscous_damping is not None, effects.shaft_friction is not None
     journal, cord = effects.shaft_friction, effects.cord_friction
     radius = journal.radius_over_speed if journal else None
     ratio = cord.ratio_over_speed if cord else None
+    has_damping = effects.viscous_damping is not None
     (drive, curve), speed = signal_and_curve(scenario.drive.given or 0.0), scenario.given_speed
-    arguments = (n, drive, start, *has_effects, radius, ratio, curve)
+    arguments = (n, drive, start, has_damping, radius, ratio, curve)
     of_cord: Any = CordLift if speed is None else partial(CordAtSpeed, speed)
     of_ropes: Any = RopeLift if speed is None else partial(RopesAtSpeed, speed)
     weights = n.weight_1 + n.weight_2 + _largest_magnitude(scenario.drive.force, scenario)

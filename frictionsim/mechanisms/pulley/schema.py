@@ -18,8 +18,7 @@ from frictionsim.scenario.kinetic_friction import (
     KineticCoefficient,
     OverSpeed,
     check_kinetic_friction,
-    friction_at_rest,
-    friction_over_speed,
+    over_speed,
 )
 from frictionsim.scenario.methods import EVENTS_ONLY, SET_VALUED, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
@@ -95,20 +94,10 @@ class CordFriction(Params):
         return self
 
     @property
-    def static_ratio(self) -> float:
-        """exp(mu_s wrap)."""
-        return limiting_ratio(self.mu_s, self.wrap_deg)
-
-    @property
-    def kinetic_ratio(self) -> float:
-        """exp(mu_k wrap); at the speed zero."""
-        return limiting_ratio(friction_at_rest(self.mu_k, self.mu_s), self.wrap_deg)
-
-    @property
-    def ratio_over_speed(self) -> OverSpeed | None:
-        """exp(mu_k wrap) over the rate of slip, m/s; None if it is constant."""
-        mu = friction_over_speed(self.mu_k, self.mu_s)
-        return mu and mu.of(1.0, lambda mu: limiting_ratio(mu, self.wrap_deg))
+    def ratio_over_speed(self) -> OverSpeed:
+        """exp(mu_k wrap) over the rate of slip, m/s."""
+        mu_k = over_speed(self.mu_k, self.mu_s)
+        return mu_k.of(1.0, lambda mu: limiting_ratio(mu, self.wrap_deg))
 
 
 class LiftParameters(NamedTuple):
@@ -342,7 +331,7 @@ class PulleyScenario(SingleDofScenario):
         if self.drive.speed is not None:
             return None
         journal = self.effects.shaft_friction
-        r_k = journal.largest_radius if journal else 0.0
+        r_k = journal.radius_over_speed.largest if journal else 0.0
         for name, mass in (("car", n.m1), ("counterweight", n.m2)):
             if mass > 0.0 and n.inertia + mass * n.r * (n.r - r_k) <= 0.0:
                 return ("effects", "shaft_friction", "shaft_radius"), (
@@ -405,8 +394,8 @@ class PulleyScenario(SingleDofScenario):
             effects.viscous_damping.coefficient if effects.viscous_damping else 0.0,
             journal.static_radius if journal else 0.0,
             journal.kinetic_radius if journal else 0.0,
-            cord.static_ratio if cord else inf,
-            cord.kinetic_ratio if cord else inf,
+            limiting_ratio(cord.mu_s, cord.wrap_deg) if cord else inf,
+            cord.ratio_over_speed.at_rest if cord else inf,
             self.drive.force is None,
         )
 

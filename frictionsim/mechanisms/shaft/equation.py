@@ -19,6 +19,7 @@ References
    2018, 8871-8881, eqs 1-24 and 30.
 """
 
+from collections.abc import Callable
 from functools import partial
 from math import cos, hypot, radians, sin, sqrt
 from sys import float_info
@@ -112,7 +113,7 @@ class EccentricMass:
     """
 
     def __init__(self, p: float, azimuth: float, inertia: float, r_k: float) -> None:
-        self.p, self.x, self.y = p, cos(azimuth), sin(azimuth)
+        self.p, self.azimuth, self.x, self.y = p, azimuth, cos(azimuth), sin(azimuth)
         self.inertia, self.r_k = inertia, r_k
         self.determinant = (inertia - r_k * p) * (inertia + r_k * p)
 
@@ -144,26 +145,6 @@ class EccentricMass:
         return x + outward * c - along * s, y + outward * s + along * c
 
 
-class EccentricMassOverSpeed(EccentricMass):
-    """The same with r_k over the speed."""
-
-    def __init__(self, p: float, azimuth: float, inertia: float, radius: OverSpeed) -> None:
-        super().__init__(p, azimuth, inertia, radius.at_rest)
-        self._azimuth, self._radius = azimuth, radius
-
-    def _at(self, v: float) -> EccentricMass:
-        return EccentricMass(self.p, self._azimuth, self.inertia, self._radius.at(v))
-
-    def sliding_load(self, u: Acting, v: float, applied: float) -> tuple[float, float]:
-        return self._at(v).sliding_load(u, v, applied)
-
-    def kinetic_limit(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
-        return self._at(v).kinetic_limit(u, q, v, s, applied)
-
-    def limit_at_speed(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
-        return self._at(v).limit_at_speed(u, q, v, s, applied)
-
-
 class Shaft:
     """What acts on the body, of numbers.
 
@@ -182,8 +163,8 @@ class Shaft:
         As `acting`, with the force of all forces in any case.
     r_s, r_k : float, m
         Friction radii, r_k at the speed zero; zero without dry friction.
-    radius_over_speed : OverSpeed or None
-        r_k over the speed, if it is not constant.
+    radius : OverSpeed or None
+        r_k over the speed; None without dry friction.
     eccentric : EccentricMass or None
     spring : tuple of Spring
         One, or none.
@@ -195,7 +176,7 @@ class Shaft:
         journal, mass, stops = effects.shaft_friction, effects.eccentric_mass, effects.end_stops
         self.r_s = journal.static_radius if journal else 0.0
         self.r_k = journal.kinetic_radius if journal else 0.0
-        self.radius_over_speed = journal and journal.radius_over_speed
+        self.radius = journal.radius_over_speed if journal else None
         self.spring = _spring_of(effects.torsion_spring)
         self.loads, self.weights = loads_of(scenario), weights_of(scenario)
         (_, x, y), (cosine, *_), (sine, *_) = total_of(self.weights)
@@ -207,10 +188,7 @@ class Shaft:
         self.eccentric = None
         if mass is not None and mass.first_moment:
             azimuth = radians(mass.azimuth_deg)
-            numbers = mass.first_moment, azimuth, self.inertia
-            self.eccentric = EccentricMass(*numbers, self.r_k)
-            if self.radius_over_speed:
-                self.eccentric = EccentricMassOverSpeed(*numbers, self.radius_over_speed)
+            self.eccentric = EccentricMass(mass.first_moment, azimuth, self.inertia, self.r_k)
         self.stops = None
         if stops is not None:
             limits = stops.lowest, stops.highest
@@ -242,11 +220,6 @@ class Shaft:
     def kinetic_limit(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
         """Return r_k R without an eccentric mass, N m."""
         return self.r_k * hypot(u[2], u[3])
-
-    def limit_over_speed(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
-        """Return the same with r_k over the speed, N m."""
-        radius: Any = self.radius_over_speed
-        return radius.at(v) * hypot(u[2], u[3])
 
     def terms(self, time: float, angle: float) -> float:
         """Return the sum of the terms of torque and limit at rest, N m."""
@@ -410,6 +383,19 @@ class Reversal:
         return self.shaft.turning_load(u, y[0], y[1])
 
 
+def _kinetic_limit(shaft: Shaft, radius: OverSpeed, is_driven: bool) -> Callable[..., float]:
+    """Return the kinetic limit; with an eccentric mass, K of `EccentricMass` is r_k R."""
+    mass = shaft.eccentric if shaft.normal_load is None else None
+    if mass is None:
+        constant, at = shaft.kinetic_limit, radius.at
+        return (lambda u, q, v, s, M: at(v) * hypot(u[2], u[3])) if radius.varies else constant
+    of = EccentricMass.limit_at_speed if is_driven else EccentricMass.kinetic_limit
+    if not radius.varies:
+        return partial(of, mass)
+    numbers = mass.p, mass.azimuth, mass.inertia
+    return lambda u, q, v, s, M: of(EccentricMass(*numbers, radius.at(v)), u, q, v, s, M)
+
+
 class ShaftAtSpeed(OneAtSpeed):
     """A body of given speed: the torque of its drive adds to the moment of the loads."""
 
@@ -419,19 +405,16 @@ class ShaftAtSpeed(OneAtSpeed):
 
 
 def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
-    """Return the equation of motion; with an eccentric mass, K of `EccentricMass` is r_k R."""
+    """Return the equation of motion."""
     journal, stops, eccentric = scenario.effects.shaft_friction, shaft.stops, shaft.eccentric
-    over_speed, friction, is_constant = shaft.radius_over_speed, None, shaft.normal_load is not None
-    if journal is not None:
-        kinetic: Any = shaft.limit_over_speed if over_speed else shaft.kinetic_limit
-        if eccentric and not is_constant:
-            kinetic = eccentric.limit_at_speed if scenario.drive else eccentric.kinetic_limit
+    radius, friction = shaft.radius, None
+    if journal is not None and radius is not None:
         friction = Friction(
             CONTACT_NAME,
             static=shaft.static_limit,
-            kinetic=kinetic,
+            kinetic=_kinetic_limit(shaft, radius, scenario.drive is not None),
             roundoff=lambda u, q: shaft.roundoff(u[0], q),
-            surfaces=over_speed.surfaces(1) if over_speed else (),
+            surfaces=radius.surfaces(1),
             **journal.law_of_contact(),
         )
 
@@ -468,6 +451,6 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
             *(["drive_torque"] if scenario.drive is not None else []),
             *(["stop_torque"] if stops is not None else []),
         ),
-        recorded=recorded_with_resultant if is_constant else recorded,
+        recorded=recorded if shaft.normal_load is None else recorded_with_resultant,
     )
     return system

@@ -392,7 +392,7 @@ class ShaftScenario(SingleDofScenario):
         journal, eccentric = self.effects.shaft_friction, self.effects.eccentric_mass
         if journal is None or journal.normal_load is not None or eccentric is None or self.drive:
             return self
-        product = eccentric.first_moment * journal.largest_radius
+        product = eccentric.first_moment * journal.radius_over_speed.largest
         if product >= self.inertia:
             raise inconsistent(
                 ("effects", "eccentric_mass"),
