@@ -168,8 +168,8 @@ def polished(lift: Lift, modes: tuple[int, ...], i: int, done: Any) -> tuple[flo
     def slip(t: float) -> float:
         return modes[i] * lift.slips(_run(lift, modes, begin, y, t).y[:, -1])[i]
 
-    late = begin + size * (1.0 + 1e-3)
-    t = float(brentq(slip, begin + 0.5 * size, late, xtol=1e-15, rtol=1e-15))
+    late = begin + size * 1.05
+    t = float(brentq(slip, begin + 1e-3 * size, late, xtol=1e-15, rtol=1e-15))
     return t, _run(lift, modes, begin, y, t).y[:, -1]
 
 
