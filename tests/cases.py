@@ -122,9 +122,6 @@ class SolvedCase(NamedTuple):
 
 # The runs have rtol 1e-9; another platform may round differently in every step.
 EXACT = Allowed(1e-7, 1e-8)
-# Channels that follow from recorded ones, and that golden results do not have: test_journal.py.
-JOURNAL = EXACT._replace(ignore=("lever_arm", "case"))
-MACHINE = EXACT._replace(ignore=("lever_arm", "case", "tooth_force_*"))
 # A belt is followed for a short time only: contacts that open and close amplify the rounding in
 # which platforms differ, and the channels of all bodies fill megabytes. Its tensions are
 # differences of positions, and have rounding of their own: 1e-16 m times EA/l.
@@ -222,7 +219,7 @@ def belt(scenario: str, method: str, changes: Mapping[str, Any], **kept: Any) ->
 
 CASES = [
     # --- pulleys ----------------------------------------------------------------------------------
-    Case("pulley", golden=JOURNAL, mirror=RAMP, model="pulley"),
+    Case("pulley", golden=EXACT, mirror=RAMP, model="pulley"),
     Case("pulley", "rkf45", mirror=RAMP),
     Case("pulley", changes={"drive__force": 3113.75}, mirror=OF_PULLEY, word="constant"),
     Case("pulley", "rkf45", {"drive__force": 3113.75}, mirror=OF_PULLEY, word="constant"),
@@ -230,9 +227,9 @@ CASES = [
          changes=SMOOTHED),
     Case("pulley", "lsoda", law="regularised", mirror=RAMP, not_resumed=SCIPY,
          changes=SMOOTHED),
-    Case("pulley_horizontal", golden=JOURNAL, mirror=SIDEWAYS),
+    Case("pulley_horizontal", golden=EXACT, mirror=SIDEWAYS),
     Case("pulley_horizontal", "rkf45", mirror=SIDEWAYS, slow=True),
-    Case("pulley_return", golden=JOURNAL, mirror=RAMP),
+    Case("pulley_return", golden=EXACT, mirror=RAMP),
     Case("pulley_cases", golden=EXACT, mirror=RAMP),
     Case("pulley_return", "rkf45", law="published", mirror=RAMP),
     Case(
@@ -246,17 +243,17 @@ CASES = [
     hard("many_cycles", changes={"solver__duration": 5.0}, mirror=RAMP, slow=True),
     hard("no_static_friction", mirror=RAMP, slow=True),
     # --- lifts ------------------------------------------------------------------------------------
-    Case("lift", golden=JOURNAL, mirror=OF_LIFT, sampled=LARGEST, model="lift"),
+    Case("lift", golden=EXACT, mirror=OF_LIFT, sampled=LARGEST, model="lift"),
     hard("lift_moment_of_slack", mirror=OF_LIFT, sampled=LARGEST, slow=True),
     hard("lift_slack_rope", changes={"output__interval": 0.01}, mirror=OF_LIFT, sampled=LARGEST),
     hard("lift_traction_limit", mirror=AT_THE_LIMIT, sampled=LARGEST),
     # --- bodies on a shaft ------------------------------------------------------------------------
-    Case("shaft", golden=JOURNAL, mirror=OF_SHAFT, model="shaft"),
+    Case("shaft", golden=EXACT, mirror=OF_SHAFT, model="shaft"),
     Case("shaft", "rkf45", {"solver__duration": 1.0}, mirror=OF_SHAFT),
-    Case("hoist_drum", golden=JOURNAL, mirror=OF_SHAFT, sampled=PEAKS),
+    Case("hoist_drum", golden=EXACT, mirror=OF_SHAFT, sampled=PEAKS),
     Case("hoist_drum", "rkf45", SHORTER, mirror=OF_SHAFT, sampled=PEAKS, slow=True),
-    Case("stick_slip", golden=JOURNAL, mirror=OF_SHAFT),
-    Case("swing_door", golden=JOURNAL, mirror=OF_SHAFT, sampled=PEAKS, model="stops"),
+    Case("stick_slip", golden=EXACT, mirror=OF_SHAFT),
+    Case("swing_door", golden=EXACT, mirror=OF_SHAFT, sampled=PEAKS, model="stops"),
     Case(
         "swing_door",
         "rkf45",
@@ -294,7 +291,7 @@ CASES = [
     Case("epicyclic_dwell", golden=EXACT, mirror="its motion is given", sampled=DWELL),
     hard("decay", mirror=UPRIGHT, sampled=DWELL, slow=True),
     # --- marble machines --------------------------------------------------------------------------
-    Case("marble_machine", golden=MACHINE, mirror=GRAVITY, model="machine"),
+    Case("marble_machine", golden=EXACT, mirror=GRAVITY, model="machine"),
     Case("marble_machine", "rkf45", mirror=GRAVITY),
     Case("marble_machine", changes=FREE, mirror=OF_MACHINE, close=0.0, word="free"),
     Case("marble_machine", "rkf45", FREE, mirror=OF_MACHINE, close=0.0, word="free"),
