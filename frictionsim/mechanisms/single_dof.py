@@ -58,13 +58,22 @@ class SingleDofScenario(Scenario):
         return super().law if self.given_speed is None else ""
 
     @model_validator(mode="after")
-    def _check_initial_velocity(self) -> Self:
-        mechanism: Any = getattr(self, "mechanism", None)
-        if self.given_speed is not None and mechanism.initial_angular_velocity != 0.0:
+    def _check_given_speed(self) -> Self:
+        if self.given_speed is None:
+            return self
+        scenario: Any = self
+        if scenario.mechanism.initial_angular_velocity != 0.0:
             raise inconsistent(
                 ("mechanism", "initial_angular_velocity"),
                 "the drive prescribes the speed; remove this key",
             )
+        for name, effect in scenario.effects:
+            if (getattr(effect, "law", None) or SET_VALUED) != SET_VALUED:
+                raise inconsistent(
+                    ("effects", name, "law"),
+                    f"'{effect.law}' tells stick from slip by other rules, and the drive prescribes"
+                    f" the speed: remove this key, or use law = '{SET_VALUED}'",
+                )
         return self
 
 

@@ -60,6 +60,16 @@ class Corners(NamedTuple):
         return max(slower, abs(end) - speeds[above] if above < len(speeds) else -inf)
 
 
+def in_motion(surfaces: tuple[Any, ...], place: int) -> tuple[Any, ...]:
+    """Return surfaces without the rest of a velocity in this place, which is given."""
+    return tuple(
+        s._replace(speeds=tuple(filter(None, s.speeds)))
+        if isinstance(s, Corners) and s.place == place
+        else s
+        for s in surfaces
+    )
+
+
 class OverSpeed(NamedTuple):
     """Kinetic friction over the velocity v of a contact, of either sign.
 

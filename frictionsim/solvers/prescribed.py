@@ -13,6 +13,7 @@ from math import inf, nextafter
 from typing import Any, NamedTuple
 
 from frictionsim.results import STICK
+from frictionsim.scenario.kinetic_friction import in_motion
 from frictionsim.scenario.signals import Signal
 from frictionsim.solvers.events import Events
 from frictionsim.solvers.loop import State, sign
@@ -67,7 +68,8 @@ class OneAtSpeed(OneCoordinate):
 
     def __init__(self, velocity: Signal, *others: Any, **keywords: Any) -> None:
         super().__init__(*others, **keywords)
-        self.velocity = velocity
+        # A segment ends at rest; a step that ends just before would have no direction.
+        self.velocity, self.surfaces = velocity, in_motion(self.surfaces, 1)
         self.turns = DRIVE if self.friction is None else self.friction.name
         self.contacts = ()
 

@@ -42,7 +42,7 @@ from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
 from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
 from frictionsim.mechanisms.single_dof import start_of
 from frictionsim.results import FORWARD, SLACK, STICK, Check, Quantity, Transition
-from frictionsim.scenario.kinetic_friction import Corners, OverSpeed
+from frictionsim.scenario.kinetic_friction import Corners, OverSpeed, in_motion
 from frictionsim.scenario.signal_tables import extremes, signal_and_curve
 from frictionsim.simulation.mechanism import ContactColumns, Mechanism, Samples
 from frictionsim.solvers.prescribed import DRIVE, Segment
@@ -487,6 +487,7 @@ class LiftAtSpeed(Lift):
     def __init__(self, velocity: "Signal", *others: Any, **keywords: Any) -> None:
         super().__init__(*others, **keywords)
         self.velocity, self._has_shaft, self.first = velocity, self.first, 0
+        self.surfaces = in_motion(self.surfaces, self.coordinates)
         self.turns = CONTACT_NAME if self._has_shaft else DRIVE
         self.contacts = self.contacts[self._has_shaft :]
         self._dry = [i - self._has_shaft for i in self._dry[self._has_shaft :]]
