@@ -157,7 +157,7 @@ class TracerPath:
         return self._first(excess, 2.0 * asin(max(surely, 0.0)))
 
     def _first(self, excess: Callable[[Any], Any], low: float) -> float | None:
-        """Return the smallest root of a function of p that is negative at first; None beyond a turn."""
+        """Return the smallest root of a function of p, at first negative; None beyond a turn."""
         import numpy as np
 
         from frictionsim.solvers.roots import bracket_root
