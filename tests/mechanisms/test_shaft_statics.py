@@ -338,12 +338,10 @@ def test_the_balance_of_a_driven_body_is_that_without_its_drive() -> None:
     driven = fs.static(CRANK, load | {"drive.speed": speed})
     assert driven == free
     assert free.notes == ("at 0 deg and 0 s, it breaks away clockwise",)
-    assert driven.notes == (
-        "at 0 s, the drive holds the body",
-        f"without its drive, {free.notes[0]}",
-    )
+    told = "; all values and notes are of it without drive"
+    assert driven.notes == (f"at 0 s, the drive holds the body{told}", *free.notes)
     later = fs.static(CRANK, load | {"drive.speed": speed, "statics.time": 0.5})
-    assert later.notes[0] == "at 0.5 s, the drive turns the body at 1 rad/s"
+    assert later.notes[0] == f"at 0.5 s, the drive turns the body at 1 rad/s{told}"
     # Of the run the channel has the torque of the drive in it: what holds the body leaves none.
     run = fs.solve(CRANK, load | {"drive.speed": 0.0, "solver.duration": 0.1})
     assert run.dataset["applied_torque"].values == pytest.approx(0.0, abs=1e-13)
