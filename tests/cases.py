@@ -165,7 +165,8 @@ CHOSEN_STEPS, FIXED_STEPS = 5e-3, 1e-6
 
 PEAKS = ("shaft_reaction_peak",)  # the largest sample
 LARGEST = ("*_max",)  # as well
-DWELL = ("tracer_dwell_time",)  # between the first and the last sample near the end of a path
+# Between the first and the last sample near the end of a path; between samples.
+DWELL = "tracer_dwell_time", "drive_torque_peak"
 # Means over the samples of the last part of a run, but for its energies and its pretension.
 MEANS = ("tension*", "*_speed", "slip_percent", "efficiency", "stick_fraction", "*_arc_*")
 

@@ -35,6 +35,7 @@ SHORT: list[tuple[str, dict[str, Any]]] = [
     ("hard/lift_slack_rope", {"solver.duration": 0.05}),
     ("marble_machine", {"solver.duration": 0.02}),
     ("epicyclic", {"solver.duration": 0.05, "effects.rolling_friction.normal_load": "radial"}),
+    ("epicyclic_dwell", {"solver.duration": 0.05}),
     ("swing_door", {"solver.duration": 0.05}),
     ("shaft", {"solver.duration": 0.05, "statics.unknown": "forces.effort.size"}),
 ]

@@ -153,7 +153,7 @@ def _form(annotation: Any) -> str:
         return _choice(choices)
     models = list(models_in(annotation))
     if models and issubclass(models[0], KineticCurve):
-        return "number or [curve](../scenarios.md#friction-over-speed)"
+        return f"number or [curve](../scenarios.md#friction-over-speed): {_curves(models)}"
     if len(models) > 1:
         several = " or list of them" if holds(annotation, tuple) else ""
         return f"[signal](../scenarios.md#signals){several}"
@@ -166,6 +166,14 @@ def _form(annotation: Any) -> str:
     if word == "text":
         return "list of texts"
     return f"list of {len(types)} numbers" if len(types) > 1 else "list of numbers"
+
+
+def _curves(models: Sequence[type[BaseModel]]) -> str:
+    """Return the keys of the forms of a curve over speed."""
+    points, stribeck = models
+    (inner,) = models_in(stribeck.model_fields["stribeck"].annotation)
+    names = [", ".join(f"`{name}`" for name in model.model_fields) for model in (points, inner)]
+    return f"{names[0]}; or `stribeck` with {names[1]}"
 
 
 def _choice(names: Sequence[str]) -> str:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
 HEIGHT = 3.6  # inches
-LAW: Look = {"color": BLACK, "linewidth": 0.8, "linestyle": (0, (3, 2)), "zorder": 3}
+LAW: Look = {"color": BLACK, "linewidth": 0.6, "linestyle": "-", "zorder": 3}
 CURVE_POINTS = 400  # on each side of rest
 BESIDE = 0.1  # of the range of speeds, by which the curve reaches farther
 

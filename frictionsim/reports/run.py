@@ -185,7 +185,7 @@ def overview(runs: "Sequence[ReportedRun]") -> Html:
     facts = [
         ("kind", run.attribute("kind")),
         ("effects", ", ".join(run.effects) or "none"),
-        ("friction law", run.attribute("law") or "none"),
+        ("friction law", run.attribute("law") or "none needed"),
         ("backend", run.attribute("backend")),
     ]
     if overrides := _set(run):

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pydantic import Discriminator, Field, Tag, create_model
 
+from frictionsim.errors import closest
 from frictionsim.scenario.schema import Params, check_kinetic, unit_field
 from frictionsim.scenario.signal_tables import PointsTable
 from frictionsim.scenario.signals import linear
@@ -186,8 +187,9 @@ def _forms(of: str, unit: str, fast: str, speed_unit: str) -> Any:
     def form(given: Any) -> str | None:
         if not isinstance(given, dict | KineticCurve):
             return NUMBER
-        found = {"speed", "value", "stribeck"}.intersection(dict(given))
-        return tags["stribeck" in found] if found else None
+        known = ["speed", "value", "stribeck"]  # or what is misspelt, to be told
+        near = [key if key in known else closest(str(key), known) for key in dict(given)]
+        return tags["stribeck" in near] if any(near) else None
 
     by_form = Discriminator(form, custom_error_type=NO_FRICTION, custom_error_message="no friction")
     return Annotated[

@@ -115,7 +115,7 @@ def _fault(error: Any, model: type[BaseModel], meant: str) -> tuple[KeyPath, str
     if kind in ("value_error", "assertion_error"):  # of a validator
         return path, str(context["error"]) or "invalid"
     # "Input should be greater than 0"
-    words = WORDS.get(kind) or error["msg"].partition(" ")[2]
+    words = WORDS.get(kind) or error["msg"].partition(" ")[2].replace(" after validation", "")
     if unit and kind in ("float_type", "finite_number"):
         words += f" in {unit}"
     elif unit and kind.startswith(("greater", "less")):

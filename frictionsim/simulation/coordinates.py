@@ -269,6 +269,8 @@ class CoordinateSimulation:
                 "last_rest_time": Quantity(self._last_rest(samples, events, names), "s"),
             }
         if samples.time.size:
+            if mechanism.prescribed:
+                quantities["drive_torque_peak"] = Quantity(samples.largest("drive_torque"), "N m")
             last = {name: float(values[-1]) for name, values in samples.columns.items()}
             stored = [name for name in ("energy_kinetic", "energy_potential") if name in last]
             at_start = system.recorded(0.0, system.start, [STICK for _ in mechanism.contacts])

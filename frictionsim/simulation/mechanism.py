@@ -38,6 +38,11 @@ class Samples:
         """Return a column by its name."""
         return self.columns[name]
 
+    def largest(self, name: str) -> float:
+        """Return the largest magnitude of a column, at samples and events."""
+        sides = self.columns, self.before, self.after
+        return max(float(abs(side[name]).max(initial=0.0)) for side in sides)
+
 
 Derived = Callable[["Array", "Mapping[str, Array]", Samples], "Array"]
 """How a channel follows from recorded columns: of the times of some rows, (n,), s, the columns of

@@ -23,8 +23,9 @@ def foreseen(mechanism: "Mechanism", duration: float) -> Iterator[str]:
     if isinstance(system, OneCoordinate) and _has_no_friction(system, duration):
         names = [f"effects.{name}" for name in mechanism.effects if name.endswith("friction")]
         yield (
-            f"{' and '.join(names) or 'dry friction'} has no effect, zero throughout: give a"
-            " coefficient above 0, and a load that presses the contact"
+            f"{' and '.join(names) or 'dry friction'} {'have' if names[1:] else 'has'}"
+            " no effect, zero throughout: give a coefficient above 0, and a load that presses the"
+            " contact"
         )
     n, start = system.coordinates, system.start
     if mechanism.prescribed or any(start[n : 2 * n]):

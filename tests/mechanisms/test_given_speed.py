@@ -137,6 +137,26 @@ def test_a_drum_is_raised_held_and_reversed() -> None:
     assert warning.endswith(limit)
 
 
+def test_the_peak_of_the_drive_may_be_at_an_event_between_samples() -> None:
+    """It brakes a load on its way down; damping falls up to rest, where friction vanishes."""
+    speed = {"time": [0.0, 1.0, 1.1], "value": [-1.0, -1.0, 0.0]}
+    done = sound(drum(speed, output__interval=0.07, solver__duration=1.4))
+    peak = 2224.1 * 0.0508 - R_K * 2224.1 + 1.355 * 10.0
+    assert done.quantities["drive_torque_peak"].value == pytest.approx(peak, rel=1e-13)
+    assert np.abs(done.channels["drive_torque"]).max() < peak - 0.05
+    gear = {"drive.speed": 40.0, "effects.rolling_friction.normal_load": "radial"}
+    values = fs.solve("epicyclic_dwell", gear).quantities
+    # Level at the start: the slow torque there and f lambda m_2 L phi'^2.
+    peak = 0.8 * 9.81 * 0.09 + 1.2 * 9.81 * 0.18 + 0.3 + 5e-4 * 3.0 * 1.2 * 0.18 * 40.0**2
+    assert values["drive_torque_peak"].value == pytest.approx(peak, rel=1e-14)
+    assert values["uniform_torque_max"].value < 0.9 * peak
+    held = {"drive.speed": 0.0, "forces.effort.size": 100.0, "solver.duration": 0.1}
+    values = fs.solve("shaft", held).quantities
+    assert values["drive_torque_peak"].value == pytest.approx(400.0 * 0.1 - 100.0 * 0.2, rel=1e-14)
+    free = fs.solve("pulley", {"solver.duration": 0.1})
+    assert "drive_torque_peak" not in free.quantities
+
+
 def test_the_cord_of_a_held_drum_slips_by_the_capstan_equation() -> None:
     """The car of 1600 kg is too heavy for the ropes on a sheave that a brake holds."""
     held: Scenario = {"drive": {"speed": 0.0}, "effects__hanging_masses__car": 1600.0}
@@ -147,6 +167,8 @@ def test_the_cord_of_a_held_drum_slips_by_the_capstan_equation() -> None:
     c = done.channels
     assert c["rope_tension_car"] == pytest.approx(tension, rel=1e-14)
     assert c["drive_torque"] == pytest.approx(0.265 * tension * (1.0 - ratio), rel=1e-13)
+    peak = done.quantities["drive_torque_peak"].value
+    assert peak == pytest.approx(0.265 * tension * (1.0 - ratio), rel=1e-13)
     assert c["car_position"] == pytest.approx(-0.5 * fall * done.time**2, rel=1e-11)
     assert np.all(c["angle"] == 0.0)
     assert np.all(c["energy_input"] == 0.0)

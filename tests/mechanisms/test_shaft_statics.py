@@ -332,6 +332,23 @@ def test_the_place_of_the_statics_is_the_start_or_another() -> None:
     assert fs.static(CRANK)["angle"].value == 0.0
 
 
+def test_the_balance_of_a_driven_body_is_that_without_its_drive() -> None:
+    load, speed = {"forces.effort.size": 100.0}, {"time": [0.0, 1.0], "value": [0.0, 2.0]}
+    free = fs.static(CRANK, load)
+    driven = fs.static(CRANK, load | {"drive.speed": speed})
+    assert driven == free
+    assert free.notes == ("at 0 deg and 0 s, it breaks away clockwise",)
+    told = "; all values and notes are of it without drive"
+    assert driven.notes == (f"at 0 s, the drive holds the body{told}", *free.notes)
+    later = fs.static(CRANK, load | {"drive.speed": speed, "statics.time": 0.5})
+    assert later.notes[0] == f"at 0.5 s, the drive turns the body at 1 rad/s{told}"
+    # Of the run the channel has the torque of the drive in it: what holds the body leaves none.
+    run = fs.solve(CRANK, load | {"drive.speed": 0.0, "solver.duration": 0.1})
+    assert run.dataset["applied_torque"].values == pytest.approx(0.0, abs=1e-13)
+    drive = run.dataset["drive_torque"].values
+    assert drive == pytest.approx(-free["applied_torque"].value, rel=1e-13)
+
+
 def test_the_balance_without_an_unknown() -> None:
     quantities = fs.static(CRANK, {"statics.time": 1.0})
     value = {name: quantity.value for name, quantity in quantities.items()}

@@ -155,6 +155,22 @@ def test_swing_and_dwell_angle_are_those_of_the_path(mesh: str) -> None:
     assert swings > 50
 
 
+def test_a_swing_or_dwell_of_more_than_a_turn_either_way_is_none() -> None:
+    # L = 1 mm, lambda = 1/119: its swing ends after 2.99 turns, and in one it goes 7 mm at most.
+    keys = {"mechanism.mesh": "internal", "mechanism.planet_radius": 0.119}
+    point = {"effects.tracer_point.radius": 0.12, "effects.tracer_point.angle_deg": 0.0}
+    run = fs.load("epicyclic_dwell", keys | point)
+    p = np.linspace(0.0, TURN, 10_001)
+    assert np.all(1e-3 * np.cos(p) < 0.12 / 119.0 * np.cos(p / 119.0))  # dy/dp keeps its sign
+    static = fs.static(run)
+    assert static["tracer_swing"].value is None
+    path = 1e-3 * np.exp(1j * p) + 0.12 * np.exp(-1j * p / 119.0)
+    farthest = np.abs(path - path[0]).max()
+    for share, has_one in ((1.01, False), (0.99, True)):
+        static = fs.static(run.replace({"effects.tracer_point.dwell_distance": share * farthest}))
+        assert (static["tracer_dwell_angle"].value is not None) == has_one
+
+
 @settings(max_examples=12)
 @given(
     mean=st.floats(-4.0, 4.0),

@@ -32,6 +32,10 @@ def test_friction_rises_with_the_moment_and_drops_to_the_kinetic_limit() -> None
     assert size[peak + 1] == pytest.approx(limit * R_K / R_S, rel=1e-9)
     assert size[:peak] == pytest.approx(moment[:peak], abs=1e-9)  # it holds what acts
     assert size == pytest.approx(np.minimum(size, lines(figure, 0)["static limit"][1]), rel=1e-12)
+    (legend,) = figure.legends
+    words = [text.get_text() for text in legend.get_texts()]
+    dashes = dict(zip(words, [h.get_linestyle() for h in legend.get_lines()], strict=True))
+    assert (dashes["law set-valued"], dashes["static limit"]) == ("-", "--")
     speed, part = lines(figure, 1)["law set-valued"]
     assert set(np.round(part[speed > 0.0], 12)) == {round(-R_K / R_S, 12)}
     assert sorted(part[speed == 0.0])[:: len(part[speed == 0.0]) - 1] == [-1.0, 1.0]

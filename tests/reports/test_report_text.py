@@ -61,6 +61,8 @@ def test_a_report_has_title_status_summary_audit_scenario_origin_and_then_warnin
     assert "<title>Pulley on a dry shaft</title>" in html
     assert "kind pulley effects shaft_friction, viscous_damping" in text
     assert "friction law set-valued backend events" in text
+    driven = fs.solve("epicyclic_dwell", {"solver.duration": 0.1})
+    assert "friction law none needed backend events" in plain(html_of(driven))
     assert "✓ done" in text
     quantity = pulley.quantities["force_to_lift"]
     assert row(html, "force_to_lift") == ["force_to_lift", f"{quantity.value:.10g}", "N"]

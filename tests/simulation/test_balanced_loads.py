@@ -114,6 +114,14 @@ def test_friction_that_is_zero_throughout_is_told(
     assert warning.startswith("effects.shaft_friction has no effect, zero throughout")
 
 
+def test_two_frictions_that_are_zero_have_no_effect(checked: Callable[..., list[str]]) -> None:
+    couple = {"torque_static": 0.0, "torque_kinetic": 0.0}
+    effects = {"hinge_friction": couple, "rolling_friction": {"arm": 0.0}}
+    (warning,) = [w for w in checked("epicyclic", {"effects": effects}) if "no effect" in w]
+    both = "effects.hinge_friction and effects.rolling_friction have no effect, zero throughout"
+    assert warning.startswith(both)
+
+
 def test_friction_that_acts_at_some_angle_time_or_speed_has_an_effect() -> None:
     mass = {"mass": 0.5, "radius": 0.1}
     spun = shaft(effects={"eccentric_mass": mass}) | {

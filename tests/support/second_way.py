@@ -136,7 +136,9 @@ def friction_radius(shaft_radius: float, mu: float) -> float:
 
 def of_any_motion(record: Recorded) -> dict[str, Seen]:
     """Return the final values from the last sample; `motion` integrates them."""
-    return {
+    torque = record.channels.get("drive_torque", np.zeros(1))
+    peak = {"drive_torque_peak": closed(float(np.max(np.abs(torque))))}
+    return (peak if "speed" in record.scenario.get("drive", {}) else {}) | {
         "final_time": Seen(record.scenario["solver"]["duration"]),
         "final_angle": Seen(float(record.channels["angle"][-1])),
         "final_angular_velocity": Seen(float(record.channels["angular_velocity"][-1])),

@@ -142,7 +142,7 @@ class TracerPath:
         return longest
 
     def half_angle(self) -> float | None:
-        """Return the smallest p at which d(p) is the dwell distance, rad; None within a turn."""
+        """Return the smallest p at which d(p) is the dwell distance, rad; None beyond a turn."""
         import numpy as np
 
         def excess(p: Any) -> Any:
@@ -157,14 +157,14 @@ class TracerPath:
         return self._first(excess, 2.0 * asin(max(surely, 0.0)))
 
     def _first(self, excess: Callable[[Any], Any], low: float) -> float | None:
-        """Return the smallest root of a function of p that is negative at first; None in a turn."""
+        """Return the smallest root of a function of p, at first negative; None beyond a turn."""
         import numpy as np
 
         from frictionsim.solvers.roots import bracket_root
 
         step = pi / (max(abs(self.turns), 1.0) * FINE)
         for first in range(0, ceil((2.0 * pi - low) / step), CHUNK):
-            p = low + step * np.arange(first, first + CHUNK + 1)
+            p = np.minimum(low + step * np.arange(first, first + CHUNK + 1), 2.0 * pi)
             for i in np.flatnonzero(excess(p) > 0.0)[:1].tolist():
                 if i == 0:
                     return float(p[0])  # by rounding

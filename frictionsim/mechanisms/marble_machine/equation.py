@@ -107,8 +107,7 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
         if samples.time.size:
             cell, span = samples["angle"] // p, float(samples.time[-1])
             values["marbles_delivered"] = Quantity(float(cell.max() - cell[0]), "1")
-            torque = float(abs(samples["motor_torque"]).max())
-            values["motor_torque_peak"] = Quantity(torque, "N m")
+            values["motor_torque_peak"] = Quantity(samples.largest("motor_torque"), "N m")
             if span > 0.0:
                 power = float(samples["energy_input"][-1]) / span
                 values["motor_power_mean"] = Quantity(power, "W")

@@ -51,7 +51,10 @@ def statics(scenario: ShaftScenario) -> StaticQuantities:
 
 
 def at_rest(scenario: ShaftScenario) -> StaticQuantities:
-    """Return moment, reaction, lever arm and limit of friction, and whether the body rests."""
+    """Return moment, reaction, lever arm and limit of friction, and whether the body rests.
+
+    All is of the body without the drive of a prescribed speed.
+    """
     journal, (time, angle) = scenario.effects.shaft_friction, place_of(scenario)
     radius, q = journal.static_radius if journal else 0.0, radians(angle)
     loads = Sum(terms_of(scenario, time), radius)
@@ -80,13 +83,17 @@ def at_rest(scenario: ShaftScenario) -> StaticQuantities:
     )
     if scenario.effects.end_stops is not None:
         quantities["stop_torque"] = Quantity(0.0 - torque if pressed else 0.0, "N m")
-    at = f"at {angle:.6g} deg and {time:.6g} s"
+    at, speed = f"at {angle:.6g} deg and {time:.6g} s", scenario.given_speed
     rests = f"{at}, the body rests"
     if pressed:
         rests += f" on its {STOPS[on_stop]} end stop, which takes {abs(torque):.6g} N m"
     quantities.notes = (f"{at}, it breaks away {WORDS[direction]}" if direction else rests,)
     if arm is None:
         quantities.notes += (f"{at}, the shaft has no load: there is no lever arm",)
+    if speed is not None:
+        does = f"turns the body at {speed(time):.6g} rad/s" if speed(time) else "holds the body"
+        without = f"at {time:.6g} s, the drive {does}; all values and notes are of it without drive"
+        quantities.notes = (without, *quantities.notes)
     return quantities
 
 
