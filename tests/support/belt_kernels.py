@@ -60,6 +60,7 @@ __all__ = [
     "compiled",
     "find_contacts",
     "kernels",
+    "limits",
     "moreau",
     "rates",
     "rkf45",
