@@ -9,9 +9,8 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.single_dof import MultiplesOf
+from frictionsim.mechanisms.extension import INPUT, MultiplesOf, OneCoordinate, Term
 from frictionsim.solvers.rkf45 import Tolerances
-from frictionsim.solvers.system import INPUT, OneCoordinate, Term
 from tests.support.scenarios import pulley, simulate
 from tests.support.wheels import signal, solved, wheel
 

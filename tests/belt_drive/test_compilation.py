@@ -6,191 +6,92 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, ClassVar
 
-import numba
-import numpy as np
 import pytest
 
-from frictionsim.api.result import Result
-from frictionsim.cli.monitor import CommandMonitor
-from frictionsim.errors import Interrupted
-from frictionsim.mechanisms.belt_drive import numba_kinds
-from frictionsim.mechanisms.belt_drive.belt_simulation import BeltDrive
-from frictionsim.mechanisms.belt_drive.kernel_folder import seconds_of_compilation
-from frictionsim.simulation.monitor import RunMonitor
-from tests.support.belt_kernels import assemble, moreau, rkf45, stepper_of
-from tests.support.belt_scenarios import COMPILED, NO_MOTION_ACROSS, STEPS, pair, scenario_of
-from tests.support.cases import one_in
+import frictionsim as fs
 from tests.support.old_results import old_result
-from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley, simulate
+from tests.support.scenarios import ROOT, SCENARIOS, pulley, python, simulate
 
 ANNOUNCED = "frictionsim: compiling the kernels for this combination of effects, once (about "
 OLD = old_result()
 
 
-class Listening(RunMonitor):
-    """A poll that records the compilations announced to it."""
-
-    def __init__(self) -> None:
-        self.told: list[float] = []
-        self.inside = False
-
-    @contextmanager
-    def compiling(self, expected: float) -> Iterator[None]:
-        self.told.append(expected)
-        self.inside = True
-        yield
-        self.inside = False
-
-
-def plus_one(x: int) -> int:
-    return x + 1
-
-
-def doubled(x: int) -> int:
-    return 2 * x
-
-
-def test_a_compilation_is_told_once_and_timed_and_none_of_what_is_there() -> None:
-    first, second, told = numba_kinds.kernel(plus_one), numba_kinds.kernel(doubled), Listening()
-
-    def work() -> None:
-        assert first(second(1)) == 3
-        assert told.inside
-
-    assert seconds_of_compilation(work, 3.0, told) > 0.0
-    assert told.told == [3.0]
-    assert not told.inside
-    assert seconds_of_compilation(lambda: first(1), 3.0, told) == 0.0
-    assert told.told == [3.0]
-
-
-@pytest.mark.parametrize("quiet", [False, True])
-def test_it_is_said_without_a_terminal_but_not_to_the_quiet(
-    quiet: bool, capsys: pytest.CaptureFixture[str]
+def test_warm_up_names_combinations_and_compiles_nothing_twice(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    before = signal.set_wakeup_fd(-1)
-    signal.set_wakeup_fd(before)
-    with CommandMonitor(1.0, with_progress=False, quiet=quiet) as on_step, on_step.compiling(24.4):
-        pass
-    assert capsys.readouterr().err == ("" if quiet else f"{ANNOUNCED}24 s)\n")
-    assert signal.set_wakeup_fd(before) == before
+    """Of one scenario: all would take a minute."""
+    only = {"belt_drive": SCENARIOS / "belt_drive.toml"}
+    monkeypatch.setattr("frictionsim.api.scenarios.shipped_scenarios", lambda: only)
+    first = fs.warm_up()
+    combinations = [("belt_drive", "rkf45"), ("belt_drive", "moreau")]
+    assert [(entry.scenario, entry.backend) for entry in first] == combinations
+    assert [entry.seconds for entry in fs.warm_up("belt_drive")] == [0.0, 0.0]
+    assert fs.run_command_line(["warm-up"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "belt_drive, rkf45: compiled already",
+        "belt_drive, moreau: compiled already",
+        "0.0 s of compilation",
+    ]
 
 
-class Calls:
-    """Records the argument types of kernels called from Python: each is compiled for."""
+# Runs that are the first of their process: cold, resumed, and with each form of a drive. Prints for
+# each what it said, whether it has seconds of compilation, and those of solving.
+RUNS = """
+import sys
+import frictionsim as fs
 
-    ENTRIES: ClassVar = {rkf45: ("advance",), moreau: ("integrate_plane", "integrate_line")}
+short = {"solver.duration": 4e-4, "output.interval": 1e-4, "solver.backend": sys.argv[1]}
+forms = (
+    {"torque": -5.0},
+    {"torque": {"time": [0.0, 0.02], "value": [0.0, -5.0]}},
+    {"torque": {"sine": {"amplitude": 5.0, "frequency_hz": 20.0}}},
+    {"torque": {"smooth_step": {"from": 0.0, "to": -5.0, "start": 0.0, "stop": 0.01}}},
+    {"torque": {"speed": [-20.0, 20.0], "value": [5.0, -5.0]}},
+    {"speed": {"time": [0.0, 0.02], "value": [0.0, -5.0]}},
+    {"speed": {"sine": {"amplitude": 5.0, "frequency_hz": 20.0}}},
+)
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.seen: set[tuple[str, ...]] = set()
-        for module, names in self.ENTRIES.items():
-            for name in names:
-                monkeypatch.setattr(module, name, self._noting(name, getattr(module, name)))
+def tell(run):
+    print(run.statistics.compile_seconds, run.statistics.wall_seconds)
 
-    def _noting(self, name: str, kernel: Callable[..., Any]) -> Callable[..., Any]:
-        def noted(*arguments: Any) -> Any:
-            self.seen.add((name, *(str(numba.typeof(argument)) for argument in arguments)))
-            return kernel(*arguments)
-
-        return noted
-
-
-@pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("data", COMPILED.values(), ids=COMPILED.keys())
-def test_all_kernels_are_compiled_before_the_first_step(
-    data: Scenario, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """So that the seconds of solving have none of it; also of a run that is resumed."""
-    calls = Calls(monkeypatch)
-    scenario = scenario_of(changed(data, solver__duration=4e-4, output__interval=1e-4))
-    polled: list[float] = []
-
-    def stop(t: float) -> None:
-        polled.append(t)
-        if len(polled) == 3:
-            raise Interrupted(signal.SIGINT, t)
-
-    drive = BeltDrive(scenario)
-    drive.prepare(RunMonitor())
-    prepared = calls.seen.copy()
-    assert prepared
-    with pytest.raises(Interrupted):
-        drive.solve(stop)
-    assert calls.seen == prepared
-    state = drive.state()
-    if state is None:  # SciPy's methods do not go on
-        return
-    calls.seen.clear()
-    resumed = BeltDrive(scenario)
-    resumed.restore(state)
-    resumed.prepare(RunMonitor())
-    prepared = calls.seen.copy()
-    resumed.solve(lambda t: None)
-    assert calls.seen == prepared
+tell(fs.solve("belt_string", short, output="a.h5"))
+fs.solve("belt_string", short, output="b.h5", max_steps=2)
+tell(fs.resume("b.partial.h5"))
+for form in forms:
+    tell(fs.solve("belt_string", {**short, "drive.driver": form}))
+"""
 
 
-# All there is to give a pulley, over time and over speed, and nothing.
-FORMS: dict[str, Scenario] = {
-    "nothing": {},
-    "number": {"torque": -5.0},
-    "points": {"torque": {"time": [0.0, 0.02], "value": [0.0, -5.0]}},
-    "sine": {"torque": {"sine": {"amplitude": 5.0, "frequency_hz": 20.0}}},
-    "smooth step": {
-        "torque": {"smooth_step": {"from": 0.0, "to": -5.0, "start": 0.0, "stop": 0.01}}
-    },
-    "of speed": {"torque": {"speed": [-20.0, 20.0], "value": [5.0, -5.0]}},
-    "speed": {"speed": {"time": [0.0, 0.02], "value": [0.0, -5.0]}},
-    "speed, sine": {"speed": {"sine": {"amplitude": 5.0, "frequency_hz": 20.0}}},
-}
-
-
-@pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("guided", [False, True])
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["rkf45", "moreau"])
-def test_one_kernel_is_compiled_for_all_forms_of_signals(
-    backend: str, guided: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    without = NO_MOTION_ACROSS if guided else {}
-    calls, seen = Calls(monkeypatch), set()
-    for form, drive in FORMS.items():
-        data = pair(solver__backend=backend, drive={"driver": drive} if drive else {}, **without)
-        calls.seen.clear()
-        BeltDrive(scenario_of(data)).prepare(RunMonitor())
-        assert calls.seen
-        seen.add(frozenset(calls.seen))
-        assert len(seen) == 1, form
-
-
-@pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("name", one_in(3, COMPILED))
-def test_to_prepare_changes_no_bit_of_a_run(name: str) -> None:
-    def end(times: int) -> dict[str, Any]:
-        scenario = scenario_of(COMPILED[name])
-        model = assemble(scenario)
-        stepper = stepper_of(model, scenario)
-        stepper.start()
-        stepper.advance(1.0, 1.0, STEPS)
-        for _ in range(times):
-            stepper.compile()
-        stepper.advance(1.0, 1.0, STEPS)
-        return {**stepper.arrays(), "work": np.array(stepper.statistics)}
-
-    prepared, plain = end(2), end(0)
-    for part, values in plain.items():
-        np.testing.assert_array_equal(prepared[part], values, err_msg=part)
+def test_kernels_are_compiled_once_before_the_first_step(backend: str, tmp_path: Path) -> None:
+    """For all forms of signals, in the user's own folder, and no bit depends on it."""
+    folders = {
+        "XDG_CACHE_HOME": str(tmp_path / "own"),
+        "NUMBA_CACHE_DIR": str(tmp_path / "planted"),
+    }
+    done = python("-c", RUNS, backend, cwd=tmp_path, **folders)
+    assert done.returncode == 0, done.stderr
+    lines = [tuple(map(float, line.split())) for line in done.stdout.splitlines()]
+    compiling, solving = zip(*lines, strict=True)
+    assert compiling[0] > 1.0
+    assert compiling[1:] == (0.0,) * 8
+    assert max(solving) < 0.2 * compiling[0]
+    assert (tmp_path / "b.h5").read_bytes() == (tmp_path / "a.h5").read_bytes()
+    assert list((tmp_path / "own" / "frictionsim").glob("kernels-*/*/*.nbi"))
+    assert not (tmp_path / "planted").exists()
+    again = python("-c", RUNS, backend, cwd=tmp_path, **folders)
+    assert {line.split()[0] for line in again.stdout.splitlines()} == {"0.0"}
 
 
 def test_the_table_has_the_seconds_of_compilation_where_there_was_one() -> None:
     done = simulate(pulley())
     statistics = done.statistics._replace(wall_seconds=2.1)
-    assert "solved in 2.1 s: " in Result(done._replace(statistics=statistics)).summary()
+    assert "solved in 2.1 s: " in fs.Result(done._replace(statistics=statistics)).summary()
     compiled = statistics._replace(compile_seconds=24.0)
-    text = Result(done._replace(statistics=compiled)).summary()
+    text = fs.Result(done._replace(statistics=compiled)).summary()
     assert "solved in 2.1 s after 24 s of compilation: " in text
 
 

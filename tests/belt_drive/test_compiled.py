@@ -1,15 +1,10 @@
 """Kernels as plain Python: the same numbers as compiled, and two runs alike to the last bit."""
 
-import ast
-import sys
-from inspect import getsource as source_of
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.kernel_folder import build_name
 from tests.support.belt_kernels import assemble, stepper_of
 from tests.support.belt_scenarios import COMPILED, STEPS, scenario_of
 from tests.support.scenarios import Scenario, run_anew
@@ -56,27 +51,3 @@ def test_two_runs_are_alike_to_the_last_bit(name: str) -> None:
     assert once.quantities == again.quantities
     assert once.checks == again.checks
     assert once.statistics[:4] == again.statistics[:4]
-
-
-def test_the_cache_is_distinguished_by_every_file_with_kernels_and_constants(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    modules = {name: m for name, m in sys.modules.items() if name.startswith("frictionsim")}
-    kernels = [v for m in modules.values() for v in vars(m).values() if hasattr(v, "py_func")]
-    files = {Path(kernel.py_func.__code__.co_filename) for kernel in kernels}
-    assert {"kernels.py", "rkf45.py", "moreau.py"} <= {file.name for file in files}
-    marked = {kernel.py_func.__module__ for kernel in kernels}
-    for node in (node for name in marked for node in ast.walk(ast.parse(source_of(modules[name])))):
-        if isinstance(node, ast.ImportFrom) and node.module in modules:
-            values = (getattr(modules[node.module], alias.name, None) for alias in node.names)
-            if any(isinstance(value, float | int) for value in values):
-                files.add(Path(str(modules[node.module].__file__)))
-    read: list[Path] = []
-
-    def recorded(path: Path) -> bytes:
-        read.append(path)
-        return b""
-
-    monkeypatch.setattr(Path, "read_bytes", recorded)
-    assert build_name()
-    assert files <= set(read)

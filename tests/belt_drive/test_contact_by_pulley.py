@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionsim.mechanisms.belt_drive.limits import decay_rates, deepest_contact_stiffness
-from tests.support.belt_kernels import assemble
+from tests.support.belt_kernels import assemble, limits
 from tests.support.belt_reference import accelerations, potential
 from tests.support.belt_scenarios import (
     NO_FRICTION,
@@ -85,10 +84,10 @@ def test_the_stiffest_contact_bounds_the_steps() -> None:
     model = assemble(scenario_of(pair(effects__contact__pulleys=STIFF_DRIVEN)))
     force = 2.0 * float(np.max(model.rest.normal_force))
     expected = (8e5**2 + 4.0 * 3e7 * force) ** 0.5
-    stiffness = deepest_contact_stiffness(model.belt, model.rest)
+    stiffness = limits.deepest_contact_stiffness(model.belt, model.rest)
     assert stiffness == pytest.approx(expected, rel=1e-12)
     undamped = {"effects__axial_damping": None, "effects__belt_friction": None}
     own = {"effects__contact__pulleys": STIFF_DRIVEN}
     model = assemble(scenario_of(pair(**undamped, **own)))
-    decay, _ = decay_rates(model.belt)
+    decay, _ = limits.decay_rates(model.belt)
     assert decay == pytest.approx(100.0 / model.belt.mass)

@@ -3,15 +3,11 @@
 import os
 import stat
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from frictionsim.mechanisms.belt_drive import kernel_folder as cache
-from frictionsim.mechanisms.belt_drive import numba_kinds
 from frictionsim.mechanisms.belt_drive.kernel_folder import usable_folder
-from frictionsim.solvers.stepper import reduced_step
 
 NAME = "kernels-0123"
 
@@ -106,13 +102,6 @@ def test_the_folder_of_another_user_is_not_taken(which: str, kernel: Path, home:
     assert kernel.exists()
 
 
-@pytest.mark.usefixtures("kernel")
-def test_another_user_is_named_by_the_number(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """As the tests above, where they cannot give files to another user."""
-    monkeypatch.setattr(os, "geteuid", lambda: home.stat().st_uid + 1)
-    assert usable_folder(NAME) is None
-
-
 def test_a_folder_that_anyone_can_exchange_is_not_taken(kernel: Path, home: Path) -> None:
     home.chmod(0o777)
     assert usable_folder(NAME) is None
@@ -121,83 +110,30 @@ def test_a_folder_that_anyone_can_exchange_is_not_taken(kernel: Path, home: Path
     assert usable_folder(NAME) == home / "frictionsim" / NAME
 
 
-def no_home(*_: object, **__: object) -> Path:
-    raise RuntimeError("Could not determine home directory.")
-
-
-@pytest.mark.parametrize(
-    "place", [no_home, lambda *_, **__: Path("cache"), lambda *_, **__: Path("~/.cache")]
-)
-def test_no_home_and_a_relative_one_are_not_taken(
-    place: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("place", ["cache", "~/.cache"])
+def test_a_relative_place_is_not_taken(
+    place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It would be in the folder the user is in, which may be that of another."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(cache, "user_cache_path", place)
-    assert usable_folder(NAME) is None
-    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setenv("HOME", str(tmp_path / "user"))
+    monkeypatch.setenv("XDG_CACHE_HOME", place)
+    own = tmp_path / "user" / ".cache" / "frictionsim" / NAME  # as platformdirs has it by now
+    assert usable_folder(NAME) in (None, own)
+    assert list(Path.cwd().iterdir()) == []
 
 
-def test_a_folder_that_cannot_be_written_to_is_not_taken(
-    home: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As on Windows, where `os.access` allows everything."""
-
-    def refused(dir: Path) -> object:
-        raise PermissionError(13, "Access is denied")
-
-    monkeypatch.setattr(cache, "NamedTemporaryFile", refused)
-    assert usable_folder(NAME) is None
-
-
-# --- kernels --------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def fresh(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No folder is known yet."""
-    monkeypatch.setattr(numba_kinds, "folder_of_build", cache.folder_of_build.__wrapped__)
-
-
-def doubled(x: float) -> float:
-    return 2.0 * x
-
-
-@pytest.mark.usefixtures("fresh")
 @pytest.mark.parametrize("which", [".", "frictionsim"])
-def test_a_file_in_the_place_of_a_folder_is_said_and_kernels_are_compiled(
+def test_a_file_in_the_place_of_a_folder_is_said(
     which: str, home: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     (home / which).parent.mkdir(parents=True, exist_ok=True)
     (home / which).write_text("no folder can be made here")
-    assert numba_kinds.kernel(doubled)(2.0) == 4.0
     assert usable_folder(NAME) is None
     assert caplog.messages[-1].startswith("there is no private folder to keep compiled kernels in")
     assert caplog.messages[-1].endswith("in 10 to 30 s: set XDG_CACHE_HOME to a folder of your own")
     assert str(home / which) in caplog.messages[-1]
-
-
-@pytest.mark.usefixtures("fresh")
-def test_numba_gets_the_folder_again_if_the_environment_changed_it(
-    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from numba.core import config
-
-    kernel = numba_kinds.kernel(reduced_step)
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "planted"))
-    config.reload_config()  # as numba does before it compiles
-    assert kernel(1.0, 32.0) == pytest.approx(0.45)
-    assert not (tmp_path / "planted").exists()
-    assert list((home / "frictionsim").glob("kernels-*/*/*.nbi"))
-
-
-@pytest.mark.usefixtures("fresh")
-def test_a_kernel_from_elsewhere_is_not_kept(home: Path) -> None:
-    """The name of a build does not tell one source of it from another."""
-    assert numba_kinds.kernel(doubled)(2.0) == 4.0
-    assert not list(home.rglob("*.nbi"))
-    assert numba_kinds.kernel(reduced_step)(1.0, 32.0) == pytest.approx(0.45)
-    assert len(list(home.rglob("*.nbi"))) == 1
 
 
 # --- old ones -------------------------------------------------------------------------------------
@@ -251,16 +187,3 @@ def test_links_and_files_stay_and_nothing_behind_a_link_is_removed(home: Path) -
     assert (target / "kernel.nbi").exists()
     assert (ours / OLD).is_symlink()
     assert file.exists()
-
-
-def test_what_cannot_be_removed_is_no_obstacle(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    old = folder_used(home / "frictionsim" / OLD, 2 * WEEK)
-    lstat = Path.lstat
-
-    def vanished(path: Path) -> os.stat_result:
-        if path == old:
-            raise FileNotFoundError(path)
-        return lstat(path)
-
-    monkeypatch.setattr(Path, "lstat", vanished)
-    assert usable_folder(OTHER) == home / "frictionsim" / OTHER

@@ -11,10 +11,9 @@ import xarray
 
 import frictionsim as fs
 from frictionsim.results import Record
-from tests.support.belt_kernels import sampling
 from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, shipped, trio
 from tests.support.falsified import falsified
-from tests.support.scenarios import Scenario, run_anew, scenario_run, simulate
+from tests.support.scenarios import Scenario, scenario_run, simulate
 
 OF_PULLEYS = ["pulley_angle", "pulley_speed", "pulley_torque"]
 OF_BODIES = ["x", "y", "angle", "normal_force", "friction_force", "slip_velocity", "sticking"]
@@ -189,21 +188,6 @@ def test_the_depth_of_contact_is_that_of_the_first_sample_and_of_the_tension() -
         c1, c2 = share * contact["c1"], share * contact["c2"]
         expected = 2.0 * force / (c2 + np.sqrt(c2 * c2 + 4.0 * c1 * force))
         assert value == pytest.approx(expected, rel=0.1)
-
-
-@pytest.mark.parametrize("without", [{}, NO_MOTION_ACROSS], ids=["in the plane", "guided"])
-def test_samples_do_not_depend_on_how_many_are_worked_out_at_once(
-    without: Scenario, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """As a checkpoint works out those that wait, a resumed run would have other bits."""
-    data = pair(solver__backend="moreau", solver__duration=0.02, **without)
-    together = run_anew(data)
-    monkeypatch.setattr(sampling, "MOST_AT_ONCE", 1)
-    alone = run_anew(data)
-    for name, values in together.channels.items():
-        np.testing.assert_array_equal(alone.channels[name], values, err_msg=name)
-    assert alone.quantities == together.quantities
-    assert alone.checks == together.checks
 
 
 def test_a_belt_that_has_more_energy_than_it_was_given_is_stopped() -> None:

@@ -1,6 +1,5 @@
 """`frictionsim fit`: options, tables, files and exit codes."""
 
-import errno
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ import pytest
 import frictionsim as fs
 from tests.cli.conftest import Run, strict_json
 from tests.fits.measurements import LOAD, MU_K, MU_S, PULLEY, pulley, series, write_csv
+from tests.support.file_sizes import limited_files
 
 SET = ("--set", "solver.duration=1.5", "--set", "solver.rtol=1e-8")
 ONE = ("--free", f"{MU_S}=0.1:0.4", "--channel", "angular_velocity", "--starts", "1")
@@ -103,18 +103,12 @@ def test_a_fit_as_json(told: Run, log: Path) -> None:
     assert (strict_json(out)["output"], strict_json(out)["picture"]) == ("a.toml", None)
 
 
-def test_files_that_cannot_be_written_are_not_named(
-    told: Run, log: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_that_cannot_be_written_are_not_named(told: Run, log: Path) -> None:
     """The others are, and the estimates are printed."""
-
-    def full(*_: Any) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr("os.replace", full)
-    monkeypatch.setattr(Path, "replace", full)
+    long = ("--set", f"title='{'long ' * 1000}'")
     files = ("-o", "fitted.toml", "--plot", "fit.png")
-    out, err = told("fit", PULLEY, *SET, *ONE, "--data", log, *files, code=4)
+    with limited_files(4096):
+        out, err = told("fit", PULLEY, *SET, *ONE, *long, "--data", log, *files, code=4)
     assert "written" not in out
     assert MU_S in out
     assert "fit.png: cannot write the picture" in err

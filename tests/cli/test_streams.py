@@ -5,7 +5,9 @@ import os
 import shlex
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+from typing import Any
 
 import h5py
 import pytest
@@ -104,14 +106,11 @@ class Failing(io.StringIO):
 @pytest.mark.parametrize(
     "stream", [None, Failing(), "closed"], ids=["none", "failing and a terminal", "closed"]
 )
-def test_stderr_changes_neither_run_nor_exit_code(
-    stream: object, told: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_stderr_changes_neither_run_nor_exit_code(stream: Any, told: Run) -> None:
     if stream == "closed":
         stream = io.StringIO()
         stream.close()
-    with monkeypatch.context() as patched:
-        patched.setattr(sys, "stderr", stream)
+    with redirect_stderr(stream):
         checkpoints = ["--set", "output.checkpoint=0.02"]
         codes = [
             fs.run_command_line(["solve", PULLEY, "-o", "a.h5", "-vv", *ODD, *checkpoints]),
@@ -139,18 +138,15 @@ def test_a_result_never_becomes_a_closed_standard_stream(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("options", [[], ["--json"]])
-def test_a_full_stdout_keeps_the_exit_code_of_a_run(
-    options: list[str], told: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with monkeypatch.context() as patched:
-        patched.setattr(sys, "stdout", Failing())
+def test_a_full_stdout_keeps_the_exit_code_of_a_run(options: list[str], here: Path) -> None:
+    with redirect_stdout(Failing()):
         assert fs.run_command_line(["solve", PULLEY, "-o", "a.h5", *options]) == 0
         assert fs.run_command_line(["plot", "a.h5", "--channels", "angle", *options]) == 0
         assert fs.run_command_line(["show", "a.h5", *options]) == 4
     assert Path("a.png").exists()
 
 
-def test_a_reader_that_leaves_ends_the_csv(told: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_reader_that_leaves_ends_the_csv(told: Run) -> None:
     class Left(io.StringIO):
         calls = 0
 
@@ -162,10 +158,10 @@ def test_a_reader_that_leaves_ends_the_csv(told: Run, monkeypatch: pytest.Monkey
             raise OSError
 
     told("solve", PULLEY, "-q", "-o", "a.h5")
-    monkeypatch.setattr(sys, "stdout", Left())
     for command in (["show", "a.h5", "--csv"], ["show", "a.h5"], ["--help"]):
         Left.calls = 0
-        assert fs.run_command_line(command) == 0
+        with redirect_stdout(Left()):
+            assert fs.run_command_line(command) == 0
         assert Left.calls == 1
 
 

@@ -8,7 +8,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from matplotlib.figure import Figure
+
 import frictionsim as fs
+from frictionsim.io.cost_table import read_csv
+from frictionsim.plots.studies import cost_diagram
 
 
 def made_row(
@@ -54,6 +58,13 @@ def made_table(
         writer.writeheader()
         writer.writerows(row | about for row in rows)
     return path
+
+
+def drawn_table(
+    path: Path, rows: list[dict[str, Any]], uncertainty: Mapping[str, float] | None = None
+) -> Figure:
+    """Return the picture of such a study; here alone a table is drawn that no study has made."""
+    return cost_diagram(read_csv(made_table(path, rows, uncertainty)))
 
 
 def said_of(path: Path) -> list[str]:

@@ -12,10 +12,8 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import ArgumentError, SolverError
-from frictionsim.io.cost_table import read_csv
 from frictionsim.mechanisms.belt_drive import study as mesh_study
-from frictionsim.plots.studies import cost_diagram
-from tests.costs.made import made_row, made_table
+from tests.costs.made import drawn_table, made_row
 from tests.support.belt_kernels import LINEAR, assemble
 from tests.support.scenarios import SCENARIOS
 
@@ -237,7 +235,7 @@ def test_a_line_of_a_model_has_the_longest_step_of_each_mesh(tmp_path: Path) -> 
     of = [("corrected", 60), ("corrected", 24), ("corrected", 60)]
     numbers = [(0.2, 0.1), (0.2, 1.0), (0.1, 9.0)]
     rows = [made_row("moreau", *pair, mesh=mesh) for pair, mesh in zip(numbers, of, strict=True)]
-    over_time = cost_diagram(read_csv(made_table(tmp_path / "a.csv", rows))).axes[0]
+    over_time = drawn_table(tmp_path / "a.csv", rows).axes[0]
     drawn = [list(map(tuple, line.get_xydata())) for line in over_time.lines]
     # Of 24 and of 60 bodies, each with its largest error; without the slower one of 60.
     assert [(1.0, 0.2), (0.1, 0.2)] in drawn

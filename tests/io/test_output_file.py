@@ -1,6 +1,5 @@
 """Files are whole or not there: new content is a part beside its target, and is then renamed."""
 
-import errno
 import os
 import signal
 import subprocess
@@ -14,6 +13,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import OutputError
+from tests.support.file_sizes import limited_files
 from tests.support.old_results import old_result
 from tests.support.scenarios import pulley, run_anew
 from tests.support.stopped_runs import stopped_at
@@ -182,12 +182,7 @@ def test_a_new_file_does_not_replace_another(told: Told, here: Path) -> None:
     assert (here / "a.toml").read_text() == "mine"
 
 
-def test_nothing_is_left_of_a_file_that_cannot_be_written(
-    told: Told, here: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(*_: object) -> None:
-        raise OSError(errno.ENOSPC, "no space")
-
-    monkeypatch.setattr(os, "fsync", full)
-    assert "no space" in told("new", "pulley", "a.toml", code=4)[1]
+def test_nothing_is_left_of_a_file_that_cannot_be_written(told: Told, here: Path) -> None:
+    with limited_files(10):
+        assert "File too large" in told("new", "pulley", "a.toml", code=4)[1]
     assert list(here.iterdir()) == []

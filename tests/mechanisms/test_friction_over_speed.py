@@ -14,6 +14,7 @@ from tests.support.drawn_lifts import FAMILIES
 from tests.support.drawn_speeds import KINDS, drawn, independent
 from tests.support.friction_curves import curve, drawn_curve
 from tests.support.lift_reference import Lift, State, impact
+from tests.support.motions import motion
 from tests.support.scenarios import Scenario, changed, shipped, simulate, sound, with_method
 from tests.support.speed_lift import solution as lift_solution
 from tests.support.stick_slip_reference import cycles
@@ -282,11 +283,9 @@ def test_the_torque_of_uniform_rotation_is_that_of_the_speed() -> None:
 
 def test_a_picture_shows_the_kinetic_circle_of_its_instant() -> None:
     """The reaction touches it while the pulley slips: its radius is torque over reaction."""
-    from frictionsim.motion import motion_of
-
     for name in ("pulley", "shaft"):
         done = simulate(with_curve(name, *KEYS[name], "points"))
-        (circle,) = (p for p in motion_of(done).parts if p.name == "kinetic friction circle")
+        (circle,) = (p for p in motion(done).parts if p.name == "kinetic friction circle")
         radii = np.linalg.norm(circle.points, axis=-1)
         assert np.ptp(radii, axis=1).max() < 1e-12 * radii.max()
         slips = done.channels["mode"] != 0

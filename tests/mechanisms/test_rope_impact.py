@@ -11,8 +11,7 @@ from frictionsim.mechanisms.pulley.masses import RopeLift
 from frictionsim.mechanisms.pulley.schema import LiftParameters
 from frictionsim.results import FORWARD, SLACK, STICK, TAUT
 from frictionsim.scenario.kinetic_friction import OverSpeed
-from frictionsim.scenario.signals import Constant
-from tests.support.wheels import solved
+from tests.support.wheels import signal, solved
 
 DRAWS, PULLS = 900, 3000
 ROUNDING = 1e-12
@@ -90,7 +89,7 @@ def struck(
     """Return the velocities after an impact, and the heats of the contacts."""
     system = RopeLift(
         n,
-        Constant(0.0),
+        signal(0.0),
         (0.0, 0.0),
         False,
         OverSpeed(lambda w: n.r_k, n.r_k) if has_shaft else None,
@@ -297,7 +296,7 @@ def test_two_ropes_that_become_taut_at_one_time_share_their_energy(m2: float, e:
     r, inertia, m1, g, gap = 0.3, 0.5, 2.0, 9.81, 0.1
     n = numbers(r, inertia, (m1, m2), 0.0, 0.0)
     lift = RopeLift(
-        n, Constant(0.0), (0.0, 0.0), restitution=e, capture_speed=0.0, largest_force=100.0
+        n, signal(0.0), (0.0, 0.0), restitution=e, capture_speed=0.0, largest_force=100.0
     )
     lift.start[1:3] = [gap, gap]
     lift._at_start = lift.stored(lift.start)

@@ -8,17 +8,16 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from frictionsim.io.cost_table import read_csv
-from frictionsim.plots.studies import STRIP, cost_diagram
+from tests.costs.made import drawn_table
 from tests.costs.made import made_row as row
-from tests.costs.made import made_table
 from tests.support.cases import slow
+
+STRIP = 0.09  # of the height of a panel, for crosses
 
 
 def drawn(rows: list[dict[str, Any]], uncertainty: float = 0.0) -> Figure:
     with TemporaryDirectory() as folder:
-        table = made_table(Path(folder, "a.csv"), rows, {"angle": uncertainty})
-        return cost_diagram(read_csv(table))
+        return drawn_table(Path(folder, "a.csv"), rows, {"angle": uncertainty})
 
 
 def crosses(ax: Any) -> list[Any]:

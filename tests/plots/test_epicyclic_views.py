@@ -8,7 +8,6 @@ import pytest
 from matplotlib.colors import to_rgba
 from matplotlib.patches import FancyArrowPatch
 
-from frictionsim.display import ROLES
 from frictionsim.results import Record
 from tests.support.records import draw, shown
 
@@ -106,7 +105,7 @@ def drawings(figure: Any) -> list[Any]:
 
 def marked(ax: Any, role: str) -> Any:
     """Return the points of a part of the path in the colour of a role, (n, 2)."""
-    colour = to_rgba(ROLES[role])
+    colour = to_rgba({"cord": "#2B2B2B", "marked": "#0072B2"}[role])
     (line,) = (
         each
         for each in ax.collections

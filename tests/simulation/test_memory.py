@@ -1,100 +1,138 @@
 """Runs that do not fit into the memory: refused before they start, or stopped with a checkpoint."""
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from time import sleep
+from typing import Any
 
 import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.io import result_writer
-from frictionsim.simulation import coordinates, memory
-from tests.support.scenarios import SCENARIOS, python
+from tests.support.scenarios import python
 
 MANY = {"output.interval": 1e-6, "solver.duration": 8.0}  # 8e6 samples of a pulley
+System = Callable[..., None]
 
 
-@pytest.mark.parametrize("workers", [1, 4])
-def test_what_does_not_fit_is_refused_before_the_run(
-    workers: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+@pytest.fixture
+def system(monkeypatch: pytest.MonkeyPatch) -> System:
+    """Return a function that has the files of the system tell of so many GB of free memory."""
+    told: dict[str, str] = {}
+    read = Path.read_text
+    monkeypatch.setattr(
+        Path,
+        "read_text",
+        lambda path, *how, **more: told.get(str(path)) or read(path, *how, **more),
+    )
+
+    def tell(gigabytes: float, **others: str) -> None:
+        told["/proc/meminfo"] = f"MemAvailable: {gigabytes * 1e9 / 1024:.0f} kB\n"
+        told["/proc/self/cgroup"] = "0::/own\n"
+        told.update({f"/sys/fs/cgroup/own/memory.{name}": text for name, text in others.items()})
+
+    return tell
+
+
+class Started(Exception):
+    """The run has begun, and need not go on."""
+
+
+def stop(t: float) -> None:
+    raise Started
+
+
+def begin(*run: Any) -> None:
+    fs.solve(*run, progress=stop)
+
+
+def test_what_does_not_fit_is_refused_before_the_run(system: System, tmp_path: Path) -> None:
+    system(5.0)
     steps: list[float] = []
-    monkeypatch.setattr(memory, "available_memory", lambda: 5 * 10**9)
-    monkeypatch.setattr(memory, "processes", workers)
     with pytest.raises(fs.InputError) as refused:
         fs.solve("pulley", MANY, output=tmp_path / "a.h5", progress=steps.append)
-    share = ", divided by 4 workers" if workers > 1 else ""
     assert str(refused.value) == (
         "cannot start this run: 8000001 samples of all recorded channels take 1.51 GB before"
-        f" compression; it would need 6.48 GB of memory, and 5 GB are available{share}; give a"
+        " compression; it would need 6.48 GB of memory, and 5 GB are available; give a"
         " longer output.interval"
     )
     assert (steps, list(tmp_path.iterdir())) == ([], [])
 
 
-def test_fewer_channels_of_a_belt_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory, "available_memory", lambda: 5 * 10**9)
-    scenario = fs.load("belt_string", {"output.interval": 1e-6, "solver.duration": 1.0})
+def test_workers_share_the_memory(system: System, tmp_path: Path) -> None:
+    system(10.0)
+    vary = {"mechanism.load": [2e3, 2.1e3]}
+    swept = fs.sweep("pulley", vary, MANY, workers=2, keep_series=True, output=tmp_path / "s.h5")
+    reasons = swept.table.texts["reason"].values()
+    assert ["10 GB are available, divided by 2 workers; give" in text for text in reasons] == [
+        True
+    ] * 2
+
+
+def test_the_smallest_limit_of_a_control_group_counts(system: System) -> None:
+    """As the kernel writes them: what it keeps of files can be given up."""
+    of_files = "anon 1\ninactive_file 700000000\n"
+    system(5.0, max="3000000000\n", current="2500000000\n", stat=of_files)
+    with pytest.raises(fs.InputError, match=r"and 1\.2 GB are available"):
+        begin("pulley", MANY)
+
+
+def test_fewer_channels_of_a_belt_fit(system: System) -> None:
+    system(5.0)
+    many: dict[str, Any] = {"output.interval": 1e-6, "solver.duration": 1.0}
     with pytest.raises(fs.InputError, match=r"interval or fewer output\.chan"):
-        memory.check_memory(scenario, _simulation(scenario), {})
-    fewer = scenario.replace(['output.channels=["tension"]'])
-    memory.check_memory(fewer, _simulation(fewer), {})
+        begin("belt_string", many)
+    with pytest.raises(Started):
+        begin("belt_string", {**many, "output.channels": ["tension"]})
 
 
-def test_the_samples_of_a_resumed_run_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    scenario = fs.load("pulley", MANY)
-    simulation = _simulation(scenario)
-    monkeypatch.setattr(memory, "available_memory", lambda: 6 * 10**9)
-    with pytest.raises(fs.InputError, match=r"it would need 6\.48 GB"):
-        memory.check_memory(scenario, simulation, {})
-    memory.check_memory(scenario, simulation, {"samples": np.empty(10**8)})
+@pytest.mark.slow
+def test_the_samples_of_a_resumed_run_are_there(system: System) -> None:
+    many = {"output.interval": 9e-6}
+    stopped = fs.solve("pulley", many, max_steps=100)
+    system(0.265)
+    with pytest.raises(fs.InputError, match=r"it would need 0\.27 GB"):
+        begin("pulley", many)
+    with pytest.raises(Started):
+        fs.resume(stopped, progress=stop)
 
 
-def _simulation(scenario: fs.Scenario) -> object:
-    from frictionsim.scenario.kinds import mechanism_module
-
-    return mechanism_module(scenario.kind).simulation(scenario)
+def test_a_long_pulley_warns_of_its_size(system: System, caplog: pytest.LogCaptureFixture) -> None:
+    system(1000.0)
+    with pytest.raises(Started):
+        begin("pulley", MANY)
+    assert "8000001 samples of all recorded channels take 1.51 GB" in caplog.text
 
 
 @pytest.mark.parametrize("name", ["pulley", "lift"])
 def test_a_run_that_uses_it_up_leaves_a_checkpoint(
-    name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    name: str, system: System, tmp_path: Path
 ) -> None:
     fs.solve(name, output=tmp_path / "whole.h5")
-    with monkeypatch.context() as patched:
-        patched.setattr(memory, "SECONDS_BETWEEN_LOOKS", 0.0)
-        patched.setattr(memory, "available_memory", lambda: 10**7)
-        stopped = fs.solve(name, output=tmp_path / "a.h5")
+    system(0.01)
+    waits = iter([1.1])  # s: the memory is looked at once a second
+    stopped = fs.solve(name, output=tmp_path / "a.h5", progress=lambda t: sleep(next(waits, 0.0)))
     assert (stopped.failure, stopped.exit_code) == ("budget_exceeded", 5)
     assert "the memory is used up at t = " in stopped.reason
+    system(5.0)
     fs.resume(tmp_path / "a.h5")
     assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()
-
-
-def test_the_smallest_limit_of_a_control_group_counts(tmp_path: Path) -> None:
-    """As the kernel writes them: what it keeps of files can be given up."""
-    for name, text in (
-        ("memory.max", "3000\n"),
-        ("memory.current", "2500\n"),
-        ("memory.stat", "anon 1\ninactive_file 700\n"),
-    ):
-        (tmp_path / name).write_text(text)
-    assert memory._free_in_group(tmp_path, memory.FILES_OF_GROUP[""]) == 1200
 
 
 # Keeps samples of a belt as a run does, and writes them as its checkpoint; prints the largest size
 # of the process (which Linux can be told to measure anew) and that of the file, over the samples.
 CHECKPOINT = """
 import sys
+from mmap import PAGESIZE
 import numpy as np
 import frictionsim as fs
 from frictionsim.io.result_writer import write
-from frictionsim.simulation.memory import resident_memory
 from frictionsim.simulation.sample_store import SampleStore
 from pathlib import Path
 
 short = fs.solve("belt_string", {"solver.duration": 1e-3, "output.interval": 1e-3})
-record, before = short.record, resident_memory()
+record, before = short.record, int(Path("/proc/self/statm").read_text().split()[1]) * PAGESIZE
 Path("/proc/self/clear_refs").write_text("5")
 rows = {name: values[-1] for name, values in record.channels.items()}
 store, size = SampleStore(), 8 * sum(np.size(row) for row in rows.values())
@@ -124,11 +162,11 @@ def test_a_checkpoint_takes_half_the_samples_more_at_most(size: float, tmp_path:
 # 16 numbers each.
 STOPPED = """
 import frictionsim as fs
-from frictionsim.simulation.memory import resident_memory
+from mmap import PAGESIZE
 from pathlib import Path
 
 fs.solve("pulley", output="small.h5")
-before = resident_memory()
+before = int(Path("/proc/self/statm").read_text().split()[1]) * PAGESIZE
 Path("/proc/self/clear_refs").write_text("5")
 many = {"output.interval": 1e-5}
 run = fs.solve("pulley", many, output="a.h5", max_steps=120)
@@ -155,17 +193,8 @@ def test_a_large_run_has_the_same_file(
 ) -> None:
     """Whose columns are copied one by one, and whose file is not made in memory."""
     fs.solve(name, output=tmp_path / "small.h5")
-    monkeypatch.setattr(coordinates, "LARGE", 0)
-    monkeypatch.setattr(result_writer, "LARGE", 0)
+    monkeypatch.setattr("frictionsim.simulation.coordinates.LARGE", 0)
+    monkeypatch.setattr("frictionsim.io.result_writer.LARGE", 0)
     seen = fs.solve(name, output=tmp_path / "large.h5")
     assert (tmp_path / "large.h5").read_bytes() == (tmp_path / "small.h5").read_bytes()
     assert fs.compare(seen, tmp_path / "small.h5", rtol=0.0, atol=0.0).same
-
-
-def test_a_long_pulley_warns_of_its_size(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr(memory, "available_memory", lambda: 10**12)
-    scenario = fs.load(SCENARIOS / "pulley.toml", MANY)
-    memory.check_memory(scenario, _simulation(scenario), {})
-    assert "8000001 samples of all recorded channels take 1.51 GB" in caplog.text

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.api.result import checkpoint_of
-from tests.support.crafted_checkpoints import craft, write_original
+from tests.support.crafted_checkpoints import original, write_original
 
 State = dict[str, Any]
 OTHER = "is of another type or shape"
@@ -47,8 +46,7 @@ def infinite(name: str) -> Callable[[State], None]:
 def test_arrays_are_those_of_the_run(
     name: str, change: Callable[[State], None], message: str, tmp_path: Path
 ) -> None:
-    path = write_original(name, tmp_path)
-    craft(path, change)
+    path = write_original(name, tmp_path, change)
     before = path.read_bytes()
     with pytest.raises(fs.InputError) as refused:
         fs.resume(path)
@@ -67,10 +65,9 @@ def test_errors_of_a_progress_function_are_its_own(tmp_path: Path) -> None:
         fs.resume(write_original("pulley events", tmp_path), progress=progress)
 
 
-def test_a_method_without_checkpoints_takes_none(tmp_path: Path) -> None:
-    stopped = fs.open(write_original("pulley regularised", tmp_path))
-    record, state = stopped.record, checkpoint_of(stopped)
+def test_a_method_without_checkpoints_takes_none() -> None:
+    record = original("pulley regularised").record
     text = record.attributes["scenario"].replace('"rkf45"', '"radau"')
-    record = record._replace(attributes={**record.attributes, "scenario": text}, checkpoint=state)
+    record = record._replace(attributes={**record.attributes, "scenario": text})
     with pytest.raises(fs.InputError, match="its backend leaves no state to resume from"):
         fs.resume(fs.Result(record))

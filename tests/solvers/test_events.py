@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 
 from frictionsim.errors import BudgetExceeded, InputError, SolverError
-from frictionsim.mechanisms.single_dof import MultiplesOf
+from frictionsim.mechanisms.extension import INPUT, Friction, MultiplesOf, OneCoordinate, Term
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
-from frictionsim.scenario.signals import Constant, linear
 from frictionsim.solvers.events import Events
 from frictionsim.solvers.loop import State
 from frictionsim.solvers.modes import KEEPS, consistent
 from frictionsim.solvers.recording import Recording
 from frictionsim.solvers.rkf45 import Tolerances
-from frictionsim.solvers.system import INPUT, Contact, Friction, OneCoordinate, Term
-from tests.support.wheels import TIGHT, solved
+from frictionsim.solvers.system import Contact
+from tests.support.wheels import TIGHT, signal, solved
 
 
 def block(drive: Any, *terms: Term, start: tuple[float, float] = (0.0, 0.0)) -> OneCoordinate:
@@ -35,7 +34,7 @@ def block(drive: Any, *terms: Term, start: tuple[float, float] = (0.0, 0.0)) -> 
 def test_from_each_state_between_turns_a_run_continues_to_the_same_bits() -> None:
     def system() -> OneCoordinate:
         spring = Term(lambda u, q, v: -8.0 * q, potential=lambda q: 4.0 * q * q)
-        return block(linear([0.0, 1.0, 2.0], [0.0, 20.0, -9.0]), spring)
+        return block(signal({"time": [0.0, 1.0, 2.0], "value": [0.0, 20.0, -9.0]}), spring)
 
     states: list[tuple[State, int]] = []
     whole = Events(system(), TIGHT, Recording(system(), 4.0, 0.1), 4.0)
@@ -140,7 +139,7 @@ def test_a_pile_of_blocks_slips_from_top_to_bottom_and_comes_to_rest_together() 
     limits = mu * g * np.cumsum(m[::-1])[::-1]
     top = 60.0  # N; up to it the force rises by 20 N/s
     end = top / 20.0
-    force = linear([0.0, end, end + 1e-3], [0.0, top, 0.0])
+    force = signal({"time": [0.0, end, end + 1e-3], "value": [0.0, top, 0.0]})
 
     class Pile(Bodies):
         def solution(self, t: float, modes: list[int]) -> Any:
@@ -374,7 +373,7 @@ def test_energies_have_their_names_in_whatever_order_the_terms_are() -> None:
     damping = Term(lambda u, q, v: -2.0 * v, "energy_damping")
     drive = Term(lambda u, q, v: u, INPUT)
     for terms in ((drive, damping), (damping, drive)):
-        system = OneCoordinate(Constant(6.0), None, 2.0, terms, None)
+        system = OneCoordinate(signal(6.0), None, 2.0, terms, None)
         solver = solved(system, 1.0)
         energies = dict(zip(system.energies, solver.state.y[2:], strict=True))
         work = 18.0 * exp(-1.0)  # 6 times the integral of w
@@ -386,7 +385,7 @@ def test_energies_have_their_names_in_whatever_order_the_terms_are() -> None:
 def test_heats_of_one_name_are_refused() -> None:
     damping = Term(lambda u, q, v: -v, "energy_damping")
     with pytest.raises(InputError, match="each heat has a name of its own"):
-        OneCoordinate(Constant(0.0), None, 1.0, (Term(0.0, INPUT), damping, damping), None)
+        OneCoordinate(signal(0.0), None, 1.0, (Term(0.0, INPUT), damping, damping), None)
 
 
 class At:
@@ -420,7 +419,7 @@ def test_a_run_of_one_step_at_a_time_gets_past_a_jump_of_the_torque() -> None:
     """A wheel of 1 kg m^2 under 2 N m, and 300 N m from a turn of pi on."""
     torque = Term(lambda u, q, v: 2.0 if q < pi else 300.0, INPUT)
     system = OneCoordinate(
-        Constant(0.0), None, 1.0, (torque,), None, surfaces=(MultiplesOf(pi, "half"),)
+        signal(0.0), None, 1.0, (torque,), None, surfaces=(MultiplesOf(pi, "half"),)
     )
     usual = Tolerances(1e-6, 1e-9)
     one = usual._replace(max_steps=1)

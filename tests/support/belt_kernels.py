@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionsim.mechanisms.belt_drive import kernels as kernels
-from frictionsim.mechanisms.belt_drive import limits, sampling
+from frictionsim.mechanisms.belt_drive import limits
 from frictionsim.mechanisms.belt_drive import moreau as moreau
 from frictionsim.mechanisms.belt_drive import rkf45 as rkf45
 from frictionsim.mechanisms.belt_drive.belt import (
@@ -60,10 +60,10 @@ __all__ = [
     "compiled",
     "find_contacts",
     "kernels",
+    "limits",
     "moreau",
     "rates",
     "rkf45",
-    "sampling",
     "stepper_of",
 ]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import frictionsim as fs
 from frictionsim.results import Check
-from tests.support.scenarios import Scenario, mechanism_of
+from tests.support.scenarios import Scenario
 from tests.support.stopped_runs import calls_of, stopping
 
 
@@ -24,10 +24,10 @@ class Samples:
 
     def __init__(self, stopped: fs.Result) -> None:
         self._record, self._state = stopped.record, dict(stopped.record.checkpoint or {})
-        names = ("time", *mechanism_of(stopped.record).columns)
+        self._columns = [name for name in self._state if name.startswith("samples.")]
+        names = [name.removeprefix("samples.") for name in self._columns]
         self._places = {name: i for i, name in enumerate(names)}
         self._transitions = np.array(self._state["transitions"])  # time, modes, angle
-        self._columns = [f"samples.{name}" for name in names]
         self._rows = np.column_stack([self._state[name] for name in self._columns])
         self._sides = np.array(self._state["sides"]).reshape(-1, 2, len(names))
 

@@ -1,17 +1,12 @@
-"""Runs that are stopped, and their checkpoints changed under a new digest and checksum."""
+"""Runs that are stopped, and their checkpoints changed."""
 
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
-
-import h5py
 
 import frictionsim as fs
 from frictionsim.errors import BudgetExceeded
-from frictionsim.io.checksum import RESULT, append_trailer
-from frictionsim.io.result_format import state_digest
 from tests.support.belt_scenarios import pair, trio
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley
 
@@ -76,8 +71,8 @@ ORIGINALS: dict[str, tuple[Callable[[], Scenario], int]] = {
 
 
 @cache
-def original(name: str) -> dict[str, bytes]:
-    """Return the files of a run that was stopped, by their names."""
+def original(name: str) -> fs.Result:
+    """Return a run that was stopped."""
     data, calls = ORIGINALS[name]
     left = iter(range(calls))
 
@@ -85,35 +80,16 @@ def original(name: str) -> dict[str, bytes]:
         if next(left, None) is None:
             raise BudgetExceeded(f"stopped at t = {t:.9g} s")
 
-    with TemporaryDirectory() as place:
-        folder = Path(place)
-        result = fs.solve(data(), output=folder / "a.h5", progress=on_step)
-        assert result.failure == "budget_exceeded", f"{name}: {result.status}, {result.reason}"
-        paths = [path for path in folder.rglob("*") if path.is_file()]
-        return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
+    result = fs.solve(data(), progress=on_step)
+    assert result.failure == "budget_exceeded", f"{name}: {result.status}, {result.reason}"
+    return result
 
 
-def write_original(name: str, folder: Path) -> Path:
-    """Write the files of a run that was stopped; return its result."""
-    for file, content in original(name).items():
-        (folder / file).parent.mkdir(exist_ok=True)
-        (folder / file).write_bytes(content)
-    return folder / "a.partial.h5"
-
-
-def craft(path: Path, change: Callable[[dict[str, Any]], None]) -> None:
-    """Change the state in a result, and renew its digest and checksum."""
-    with h5py.File(path, "r+") as file:
-        group = file["checkpoint"]
-        state = {name: item[...] for name, item in group.items() if not item.is_scale}
-        before = dict(state)
-        change(state)
-        for name in before.keys() | state.keys():
-            if state.get(name) is not before.get(name):
-                if name in group:
-                    del group[name]
-                if name in state:
-                    group[name] = state[name]
-        group.attrs["digest"] = state_digest(dict(file.attrs), state)
-    with path.open("r+b") as opened:
-        append_trailer(opened, RESULT)
+def write_original(
+    name: str, folder: Path, change: Callable[[dict[str, Any]], object] = lambda state: None
+) -> Path:
+    """Write a run that was stopped, with a change to its state; return its file."""
+    record = original(name).record
+    state = dict(record.checkpoint or {})
+    change(state)
+    return fs.Result(record._replace(checkpoint=state)).save(folder / "a.partial.h5")

@@ -16,7 +16,6 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.results import Channel, Record, Transition, failures
-from frictionsim.simulation.mechanism import Mechanism
 
 ROOT = Path(__file__).parents[2]
 SCENARIOS = ROOT / "scenarios"
@@ -110,14 +109,6 @@ def _own_containers(done: Record) -> Record:
     names = ("attributes", "channels", "events", "quantities", "checks")
     copied: dict[str, Any] = {name: copy.copy(getattr(done, name)) for name in names}
     return done._replace(**copied, checkpoint=copy.deepcopy(done.checkpoint))
-
-
-def mechanism_of(done: Record) -> Mechanism:
-    """Return the mechanism that a solver had; imported here, as it has no public way."""
-    from frictionsim.scenario.kinds import mechanism_module
-
-    scenario = scenario_run(done)
-    return mechanism_module(scenario.kind).build(scenario)
 
 
 def made_record(

@@ -5,7 +5,6 @@ from typing import Any
 
 import frictionsim as fs
 from frictionsim.mechanisms.extension import INPUT, Friction, OneCoordinate, Term, signal_from
-from frictionsim.scenario.methods import SET_VALUED
 from frictionsim.solvers import solver_of
 from frictionsim.solvers.recording import Recording
 from frictionsim.solvers.rkf45 import Tolerances
@@ -43,7 +42,7 @@ def wheel(
 
 def solved(system: Any, end: float, tolerances: Tolerances = TIGHT, backend: str = "events") -> Any:
     """Return a solver that has integrated a system to a time, s, with ten samples."""
-    law = SET_VALUED if system.contacts else ""
+    law = "set-valued" if system.contacts else ""
     solver = solver_of(law, backend, system, tolerances, Recording(system, end, 0.1 * end), end)
     solver.run(lambda t: None)
     return solver
