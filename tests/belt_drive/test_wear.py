@@ -107,6 +107,31 @@ def test_a_patch_among_others_that_reaches_no_pulley_is_named() -> None:
     assert "effects.patch.0" not in " ".join(done.warnings)
 
 
+@pytest.mark.parametrize("given", [{"pretension": 555.0}, {"pretension": None, "length": 1.1953}])
+def test_a_patch_ends_where_the_unstretched_belt_ends(given: dict[str, Any]) -> None:
+    """The path is 0.4 % longer: a patch there would have no body in it."""
+    data = worn(mechanism__belt=shipped("belt_string")["mechanism"]["belt"] | given)
+    data["mechanism"]["belt"] = {k: v for k, v in data["mechanism"]["belt"].items() if v}
+    end = given.get("length") or path_of(scenario_of(data)).length / (1.0 + 555.0 / EA)
+    fs.load(changed(data, effects__patch=patch(1.1, end)))
+    with pytest.raises(fs.ScenarioError, match=f"beyond the belt's {end} m, unstretched"):
+        fs.load(changed(data, effects__patch=patch(1.1, end * (1.0 + 1e-12))))
+
+
+@pytest.mark.parametrize("name", ["belt_string", "belt_patch"])
+def test_a_patch_between_the_middles_of_two_bodies_is_told_before_the_run(name: str) -> None:
+    """Half of a body's length between the middles has none in it, beside a middle it has one."""
+    data = shipped(name, solver__duration=1e-3, solver__backend="moreau")
+    length = fs.static(fs.load(data))["body_length"].value
+    for start, told in ((49.6, True), (49.3, False)):
+        given = [patch(0.1, 0.2), patch(start * length, (start + 0.4) * length)]
+        scenario = fs.load(changed(data, effects__patch=given))
+        warnings = [*scenario.warnings(), *simulate(scenario.to_dict()).warnings]
+        found = [w for w in warnings if w.startswith("no body of the belt lies in effects.patch.1")]
+        assert len(found) == 2 * told
+        assert not told or not [w for w in warnings if "effects.patch.1 is on" in w]
+
+
 def test_a_value_of_one_patch_can_be_set_by_its_name_or_number() -> None:
     scenario = fs.load(worn(effects__patch=[patch(0.1, 0.2, name="oil"), patch(0.3, 0.4)]))
     for key in ("effects.patch.oil.mu_k", "effects.patch.0.mu_k"):
