@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.errors import ArgumentError, InputError, unknown
+from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.sweep_table import RUN
 from frictionsim.scenario.toml_data import toml_value
 from frictionsim.sweeps.values import MAX_RUNS, Distribution, Levels, VariedValues
@@ -148,8 +148,6 @@ def _distributions(vary: Mapping[str, VariedValues], sampling: Sampling) -> list
                 f" {values.text}; a key of one value is an override"
             )
         found.append(values)
-    if sampling.method not in METHODS:
-        raise InputError(unknown("method", sampling.method, list(METHODS)))
     _check_total("sample", len(vary), sampling.total(len(vary)), fewer="runs")
     if sampling.indices and sampling.runs & (sampling.runs - 1):
         below = 1 << (sampling.runs.bit_length() - 1)
