@@ -450,14 +450,12 @@ class BeltDriveScenario(Scenario):
         return self
 
     def _check_patches(self, length: float) -> None:
-        """Refuse patches beyond the unstretched length, m, over each other, or named as none is."""
+        """Refuse patches beyond the belt's length, m, over each other, or named as what is none."""
         patches, several = self.effects.patches, isinstance(self.effects.patch, tuple)
         keys = [("effects", "patch", *((i,) if several else ())) for i in range(len(patches))]
         for key, patch in zip(keys, patches, strict=True):
             if patch.end > length:
-                raise inconsistent(
-                    (*key, "to"), f"{patch.end} m is beyond the belt's {length} m, unstretched"
-                )
+                raise inconsistent((*key, "to"), f"{patch.end} m is beyond the belt's {length} m")
             if patch.name == CLEAN:
                 raise inconsistent(
                     (*key, "name"), f"'{CLEAN}' is the belt outside of patches; take another name"
