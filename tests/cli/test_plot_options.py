@@ -85,7 +85,7 @@ def test_size_style_and_window_are_those_that_are_given(
 
 def test_all_views_show_what_applies_to_them(told: Callable[..., tuple[str, str]]) -> None:
     out, err = told("gear.h5", "--view", "all", "--time", "1", "--from", "0.5", "-o", "g.svg")
-    views = ("response", "torque", "path", "mechanism")
+    views = ("response", "friction", "torque", "path", "mechanism")
     assert (out.split(), err) == ([f"g-{view}.svg" for view in views], "")
     assert "at 1 s" in Path("g-path.svg").read_text(encoding="utf-8")
     assert "no single instant" in told("a.h5", "--view", "traction", "--time", "1", code=2)[1]

@@ -79,7 +79,7 @@ def test_colours_and_width_of_the_terminal_do_not_change_a_summary(
     ("command", "repeated"),
     [
         ("sweep", "vary set"),
-        ("plot", "view at"),
+        ("plot", "view at channel unit"),
         ("fit", "free channel quantity over set sigma unit"),
     ],
 )

@@ -243,10 +243,9 @@ def test_a_body_of_given_speed_has_no_end_stops() -> None:
 
 
 @pytest.mark.parametrize("backend", ["events", "rkf45", "dop853"])
-def test_every_method_and_law_takes_a_given_speed(backend: str) -> None:
+def test_every_method_takes_a_given_speed(backend: str) -> None:
     wave = {"sine": {"amplitude": 3.0, "frequency_hz": 0.7}}
-    law = {"effects__shaft_friction__law": "regularised"}
-    done = sound(drum(wave, solver__backend=backend, **law))
+    done = sound(drum(wave, solver__backend=backend))
     same = simulate(drum(wave))
     assert np.array_equal(done.channels["drive_torque"], same.channels["drive_torque"])
 
@@ -262,3 +261,32 @@ def test_a_resumed_lift_of_given_speed_has_the_same_bits(tmp_path: Any) -> None:
     resumed = fs.resume(tmp_path / "part.h5", max_steps=100_000)
     for name, values in whole.record.channels.items():
         assert np.array_equal(values, resumed.record.channels[name]), name
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_reversal_has_its_direction_where_friction_has_corners(seed: int) -> None:
+    """A step ends at each corner; the one before the reversal may be as short as a rounding."""
+    rng = np.random.default_rng(seed)
+    up, down = rng.uniform(0.5, 5.0, 2)
+    speed = {"time": [0.0, 1.0, 2.0], "value": [0.0, up, -down]}
+    curve = [
+        {"speed": [0.01, 0.03], "value": [0.1, 0.05]},
+        {"stribeck": {"mu_c": 0.05, "speed": 0.01, "exponent": 1.0}},
+    ][seed % 2]
+    changes = {"effects__shaft_friction__mu_k": curve, "solver__duration": 2.0}
+    load = {"effects__shaft_friction__normal_load": 50.0} if seed % 3 else {}
+    result = fs.solve(drum(speed, **changes, **load))
+    (event,) = result.transitions
+    assert event.time == pytest.approx(1.0 + up / (up + down), abs=1e-12)
+    assert (event.mode_from, event.mode_to) == (1, -1)
+    assert not any("undetermined" in warning for warning in result.warnings)
+
+
+@pytest.mark.parametrize("law", ["regularised", "published"])
+@pytest.mark.parametrize(
+    ("scenario", "effect"), [("pulley", "shaft_friction"), ("epicyclic", "hinge_friction")]
+)
+def test_other_laws_are_refused(scenario: str, effect: str, law: str) -> None:
+    given = {"drive": {"speed": 1.0}, f"effects.{effect}.law": law}
+    with pytest.raises(fs.ScenarioError, match=f"{effect}.law: '{law}'"):
+        fs.load(scenario, given)
