@@ -167,14 +167,14 @@ class Measured(NamedTuple):
         return sum(target.values.size for target in self.targets)
 
 
-def measured(source: FitOptions, scenario: "Scenario", beyond_run: bool = False) -> Measured:
+def measured(source: FitOptions, scenario: "Scenario", drawn: bool = False) -> Measured:
     """Return the measured data in the units of the channels of a scenario.
 
-    With `beyond_run` times may be in any order, and those beyond the run are left out.
+    Those that are `drawn` may have times in any order; of them those beyond the run are left out.
     """
     if source.over:
         return _run_data(source, scenario)
-    targets = _channel_targets(source, scenario, beyond_run) if source.channels else []
+    targets = _channel_targets(source, scenario, drawn) if source.channels else []
     targets += [_quantity_target(source, *given) for given in source.quantities.items()]
     return Measured(tuple(targets), ({},))
 
@@ -217,16 +217,6 @@ class _Columns:
         """Return the position of a row, for messages."""
         return f"line {self._lines[row]} of '{self._data}'" if self._lines else f"row {row}"
 
-    def leave_out(self, rows: "npt.NDArray[np.bool_]") -> None:
-        """Take the numbers of some rows as gaps."""
-        for values in self.values.values():
-            values[rows] = nan
-
-    def is_same(self, one: ColumnKey, other: ColumnKey) -> bool:
-        """Return whether two names, or numbers in a file, are of one column."""
-        places = {self.columns[column].place for column in (one, other)}
-        return one == other or (isinstance(self._data, Path) and len(places) == 1)
-
     def size(
         self, column: ColumnKey, model_unit: str, given: str | None, argument: str, where: str = ""
     ) -> float:
@@ -263,7 +253,7 @@ def _too_large(value: float) -> str:
     return f"{value:.3g} is too large; the magnitude must not exceed {MAX_NUMBER:g}"
 
 
-def _channel_targets(source: FitOptions, scenario: "Scenario", beyond_run: bool) -> list[Target]:
+def _channel_targets(source: FitOptions, scenario: "Scenario", drawn: bool) -> list[Target]:
     units = {name: _channel_unit(name, scenario) for name in source.channels}
     time = _time_column(source)
     columns = _Columns(source, [time])
@@ -271,13 +261,14 @@ def _channel_targets(source: FitOptions, scenario: "Scenario", beyond_run: bool)
     times = times + source.time_offset
     half = 0.5 * scenario.solver.duration
     outside = np.abs(times - half) > half * (1.0 + 2.0 * AT_END)
-    if beyond_run and not outside.all():
-        columns.leave_out(outside)
+    if drawn and not outside.all():
+        for values in columns.values.values():
+            values[outside] = nan  # a gap
     else:
         times = _checked_times(times, scenario, columns, source.time_offset)
     targets = []
     for name, column in source.channels.items():
-        if columns.is_same(column, time):
+        if columns.columns[column] == columns.columns[time]:  # of a file also by name and number
             fault = f"{name}: column '{column}' has the times; expected another one of its values"
             raise ArgumentError("channels", fault)
         unit, given = units[name], source.units.get(name)
@@ -296,10 +287,7 @@ def _channel_unit(name: str, scenario: "Scenario") -> str:
         raise ArgumentError("channels", unknown("channel", base, list(scenario.CHANNELS)))
     channel = scenario.CHANNELS[base]
     if channel.integer:
-        raise ArgumentError(
-            "channels",
-            f"'{base}' counts or names something; expected a channel of measured numbers",
-        )
+        raise ArgumentError("channels", f"'{base}' counts or names something; it is not measured")
     if channel.axis and not member:
         wanted = f"has a value for each {channel.axis}; give one, e.g. {base}.NAME"
         raise ArgumentError("channels", f"'{base}' {wanted}")

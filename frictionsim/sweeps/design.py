@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
 
 GRID, TOGETHER, SAMPLE = "grid", "zip", "sample"
-METHODS = ("sobol", "lhs", "random")
 MAX_FLOAT = sys.float_info.max  # of integers that have a float
 
 
@@ -26,7 +25,7 @@ class Sampling(NamedTuple):
     """
 
     runs: int  # with `indices` those of one of the samples
-    method: str = "sobol"  # one of METHODS
+    method: str = "sobol"
     seed: int = 0
     indices: bool = False
 

@@ -18,11 +18,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
-from frictionsim.errors import InputError, ScenarioError, unknown
+from frictionsim.errors import InputError, ScenarioError
 from frictionsim.scenario.loading import SourcePlace, load_file, validated
 from frictionsim.scenario.model_fields import names_in, unknown_key
 from frictionsim.scenario.options import Options, by_name
@@ -31,7 +31,7 @@ from frictionsim.scenario.schema import inconsistent
 from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import key_lines, keys_and_values, plain, tables_and_keys
 from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
-from frictionsim.sweeps.design import METHODS, Sampling
+from frictionsim.sweeps.design import Sampling
 from frictionsim.sweeps.values import (
     Distribution,
     VariedValues,
@@ -52,21 +52,13 @@ def _varied(raw: Any) -> dict[str, VariedValues]:
     return values_by_key(by_name("KEY=VALUES, e.g. a.b=[1, 2]", str)(raw).items())
 
 
-def _method(name: str) -> str:
-    if name not in METHODS:
-        raise ValueError(unknown("method", name, list(METHODS)))
-    return name
-
-
 class SweepOptions(Options):
     """The variation of a scenario: [vary], and [study] without its `scenario`."""
 
     vary: Annotated[dict[str, Any], BeforeValidator(_varied)] = Field({})  # values by key
     zip: bool = Field(False, description="Vary the keys together instead of in all combinations.")
     sample: int | None = Field(None, description="Number of runs of a sample.", gt=0)
-    method: Annotated[str, AfterValidator(_method)] = Field(
-        "sobol", description="How a sample is drawn: sobol, lhs or random."
-    )
+    method: Literal["sobol", "lhs", "random"] = Field("sobol", description="How it is drawn.")
     seed: int = Field(0, description="Seed of the sample.", ge=0, le=MAX_SEED)
     indices: bool = Field(False, description="Run the combinations for Sobol indices.")
     keep_series: bool = Field(False, description="Keep the result of each run.")
@@ -142,9 +134,11 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str, text: str 
     for key in _varied_too(fixed, options.vary):
         tables.add(f"set.{key}", BOTH)
     scenario, place = _scenario(tables, folder, fixed)
-    for key in options.vary if scenario is not None else ():
-        for fault in filter(None, (unknown_key(type(scenario), name) for name in names_in(key))):
-            tables.add(f"vary.{key}", fault)
+    if scenario is not None:
+        for key in options.vary:
+            faults = (unknown_key(type(scenario), name) for name in names_in(key))
+            for fault in filter(None, faults):
+                tables.add(f"vary.{key}", fault)
     if scenario is None or tables.faults:
         raise ScenarioError(sorted(tables.faults, key=tables.line_of))
     lines = {key: f"{tables.place(f'vary.{key}')}: " for key in options.vary} if text else {}

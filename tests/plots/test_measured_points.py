@@ -91,7 +91,7 @@ def test_the_column_of_times_is_no_measured_channel(
         ({"data": {"time": TIMES, "x": TIMES}, "measured": "angl=x"}, "measured: unknown channel"),
         ({"data": {"time": [98.0, 99.0], "x": [0, 0]}, "measured": "angle=x"}, "data: the times"),
         ({"data": {"time": TIMES}, "measured": "angle=time"}, "'time' has the times"),
-        ({"data": {"time": TIMES}, "measured": "mode=time"}, "expected a channel of measured"),
+        ({"data": {"time": TIMES}, "measured": "mode=time"}, "measured: 'mode' counts"),
         (
             {"data": {"time": TIMES, "x": TIMES}, "measured": "angle=x", "view": "mechanism"},
             "measured: the view 'mechanism' draws channels of its own",

@@ -136,7 +136,7 @@ def test_settings_and_keys_of_a_study_are_refused_with_their_lines(
     lines = err.removeprefix("frictionsim: ").splitlines()
     twice = "is given twice, with and without quotes; leave one out"
     assert lines == [
-        "study.toml:3: study.method: unknown method 'sobel' (did you mean 'sobol'?)",
+        "study.toml:3: study.method: should be 'sobol', 'lhs' or 'random', got 'sobel'",
         "study.toml:5: study.seed: should be greater than or equal to 0, got -1",
         f"study.toml:9: set.solver.duration: {twice}",
         f"study.toml:13: vary.mechanism.load: {twice}",

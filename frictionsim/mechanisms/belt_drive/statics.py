@@ -95,9 +95,9 @@ def overloads(scenario: "BeltDriveScenario") -> Iterator[str]:
 
 def empty_patches(scenario: "BeltDriveScenario") -> Iterator[str]:
     """Say which patches no body of the belt has its middle in; of a belt that is not found none."""
-    bodies, patches = scenario.mechanism.belt.bodies, scenario.effects.patches
-    about = scenario.mechanism.path().length / bodies
-    if all(patch.end - patch.start > 2.0 * about for patch in patches):
+    patches = scenario.effects.patches
+    wide = 2.0 * scenario.mechanism.path().length / scenario.mechanism.belt.bodies
+    if all(patch.end - patch.start > wide for patch in patches):
         return  # without the belt at rest, which takes time
     with suppress(ScenarioError):
         length = at_rest(scenario).body_length
