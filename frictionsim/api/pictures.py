@@ -190,7 +190,7 @@ class PlotOptions(Options):
 
         try:
             source = FitOptions.of(data=self.data, channels=self.measured, units=self.units)
-            return self.shown | {"measured": measured(source, result.scenario).targets}
+            return self.shown | {"measured": measured(source, result.scenario, drawn=True).targets}
         except ArgumentError as error:
             name = "measured" if error.argument == "channels" else error.argument
             raise ArgumentError(name, error.text) from None

@@ -56,7 +56,6 @@ from frictionsim.simulation.monitor import (
     SweepProgress,
     monitor_of,
 )
-from frictionsim.sweeps.design import METHODS as METHODS
 from frictionsim.sweeps.design import SAMPLE, Design, design_of
 from frictionsim.sweeps.outcomes import completed, header_of
 from frictionsim.sweeps.run_blocks import Work, check_combinations, remaining_runs, run_blocks

@@ -167,11 +167,14 @@ class Measured(NamedTuple):
         return sum(target.values.size for target in self.targets)
 
 
-def measured(source: FitOptions, scenario: "Scenario") -> Measured:
-    """Return the measured data in the units of the channels of a scenario."""
+def measured(source: FitOptions, scenario: "Scenario", drawn: bool = False) -> Measured:
+    """Return the measured data in the units of the channels of a scenario.
+
+    Those that are `drawn` may have times in any order; of them those beyond the run are left out.
+    """
     if source.over:
         return _run_data(source, scenario)
-    targets = _channel_targets(source, scenario) if source.channels else []
+    targets = _channel_targets(source, scenario, drawn) if source.channels else []
     targets += [_quantity_target(source, *given) for given in source.quantities.items()]
     return Measured(tuple(targets), ({},))
 
@@ -250,14 +253,24 @@ def _too_large(value: float) -> str:
     return f"{value:.3g} is too large; the magnitude must not exceed {MAX_NUMBER:g}"
 
 
-def _channel_targets(source: FitOptions, scenario: "Scenario") -> list[Target]:
+def _channel_targets(source: FitOptions, scenario: "Scenario", drawn: bool) -> list[Target]:
     units = {name: _channel_unit(name, scenario) for name in source.channels}
     time = _time_column(source)
     columns = _Columns(source, [time])
     times = columns.values[time] * columns.size(time, "s", source.time_unit, "time_unit")
-    times = _checked_times(times + source.time_offset, scenario, columns, source.time_offset)
+    times = times + source.time_offset
+    half = 0.5 * scenario.solver.duration
+    outside = np.abs(times - half) > half * (1.0 + 2.0 * AT_END)
+    if drawn and not outside.all():
+        for values in columns.values.values():
+            values[outside] = nan  # a gap
+    else:
+        times = _checked_times(times, scenario, columns, source.time_offset)
     targets = []
     for name, column in source.channels.items():
+        if columns.columns[column] == columns.columns[time]:  # of a file also by name and number
+            fault = f"{name}: column '{column}' has the times; expected another one of its values"
+            raise ArgumentError("channels", fault)
         unit, given = units[name], source.units.get(name)
         size = columns.size(column, unit, given, "units", f"{name}: ")
         target = _column_target(source, columns, name, column, size)
@@ -274,7 +287,7 @@ def _channel_unit(name: str, scenario: "Scenario") -> str:
         raise ArgumentError("channels", unknown("channel", base, list(scenario.CHANNELS)))
     channel = scenario.CHANNELS[base]
     if channel.integer:
-        raise ArgumentError("channels", f"'{base}' counts or names something; it cannot be fitted")
+        raise ArgumentError("channels", f"'{base}' counts or names something; it is not measured")
     if channel.axis and not member:
         wanted = f"has a value for each {channel.axis}; give one, e.g. {base}.NAME"
         raise ArgumentError("channels", f"'{base}' {wanted}")

@@ -38,6 +38,7 @@ from frictionsim.fits.uncertainty import (
     JUMPS,
     NO_BETTER,
     NO_CHANGE,
+    NOT_REACHED,
     SIDES,
     Identification,
     Noise,
@@ -96,6 +97,10 @@ def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
         intervals[key.key] = _within_edges(problem, best.x, j, ends, "95 %", cut)
     same, others = _grouped(problem, 1.0 / noise.sigma, best, found, limit)
     finding = finding_of(problem, best, found, same, others)
+    reasons = known.reasons
+    if finding.kind == OUT_OF_REACH and len({*(finding.reachable or ())}) > 1:
+        # The nearest run is at an extremum, where the data do change with the key, to second order.
+        reasons = {k: NOT_REACHED if why == NO_CHANGE else why for k, why in reasons.items()}
     residuals = _residuals(problem, noise, best, degrees)
     chi = float(np.sum((problem.residuals(best.x) / noise.sigma) ** 2)) if noise.all_given else None
     model, values = problem.model(best.x), problem.values(best.x)
@@ -111,7 +116,7 @@ def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
             name: dict(zip(names, row, strict=True))
             for name, row in zip(names, known.correlations.tolist(), strict=True)
         },
-        not_identified=known.reasons,
+        not_identified=reasons,
         cut=tuple(cut),
         residuals=residuals,
         chi_squared=chi,

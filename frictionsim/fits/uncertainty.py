@@ -23,6 +23,7 @@ AT_BOUND = 1e-4  # of the bounds
 MIN_SINGULAR = 1e-4  # of derivatives scaled to length 1: smaller ones may be errors of differences
 MIN_COMPONENT = 0.1  # of a unit vector: a smaller component is no part of a combination
 NO_CHANGE = "the data do not change with it"
+NOT_REACHED = "no run within the bounds reaches the data"
 NO_DERIVATIVE = "runs fail on both sides of its estimate"
 NO_BETTER = "the data determine it no better than its bounds do"
 JUMP = "the run jumps or kinks at the estimate; a bootstrap needs no derivatives"

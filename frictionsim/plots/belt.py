@@ -489,6 +489,7 @@ def _draw_law(ax: Any, record: "Record", fastest: float) -> dict[str, Any]:
     slip = np.append(np.linspace(0.0, KINETIC_FROM, FINE) * (speed or 0.0), end)
     if speed is not None and fastest > MUCH * speed:
         ax.set_xscale("symlog", linthresh=LINEAR_UP_TO * speed)
+    names = {(of.mu_s, of.mu_k): getattr(of, "name", "") for of in reversed(tables)}
     for number, (mu_s, mu_k) in enumerate(dict.fromkeys((of.mu_s, of.mu_k) for of in tables)):
         if speed is None:
             slip, mu = np.array([0.0, 0.0, 0.0, end]), np.array([0.0, mu_s, mu_k, mu_k])
@@ -503,6 +504,7 @@ def _draw_law(ax: Any, record: "Record", fastest: float) -> dict[str, Any]:
             mu += share
         look = line_look(number) | {"color": BLACK}
         words = f"law, μs = {picture_text(mu_s)}, μk = {picture_text(mu_k)}"
+        words += f" ({name})" if (name := names[mu_s, mu_k]) else ""
         (handles[words],) = ax.plot(*_odd(slip, mu), **look)
     return handles
 

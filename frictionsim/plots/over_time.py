@@ -1,6 +1,7 @@
 """Channels over time: of one result with sticking and events, or of several over each other."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,7 +44,8 @@ if TYPE_CHECKING:
 PANEL_HEIGHT, FRAME = 1.7, 0.8  # inches, of a panel, and of title and axis
 MAX_PANELS = 16
 MAX_MARKS = 60  # events; marks of more would hide the channels
-POINTS: Look = {"color": BLACK, "linestyle": "", "marker": "o", "markerfacecolor": "none"}
+POINTS: Look = {"color": BLACK, "linestyle": "", "markerfacecolor": "none"}
+MARKERS = "os^Dv"  # of measured channels
 FULL_SIZE_POINTS = 60  # more are drawn smaller
 ROW = 0.07  # of the height of a panel, of a row of marks above it, for each of several results
 
@@ -116,7 +118,7 @@ def over_time(
             look = LIMIT | {"linestyle": (0, (3, 2) if "hold" not in words else (1, 1))}
             is_line = isinstance(limit, tuple)
             handles[words] = ax.plot(*limit, **look)[0] if is_line else ax.axhline(limit, **look)
-        handles |= _draw_points(ax, [of for of in measured if of.name.split(".")[0] in channels])
+        handles |= _draw_points(ax, measured, channels)
         if (first := next(iter(channels))) in one.flags:
             ticks = [(value, words.replace("_", " ")) for value, words in one.flags[first]]
             ax.set_yticks(*map(list, zip(*ticks, strict=True)))
@@ -148,13 +150,18 @@ def _lines(record: "Record", channels: Mapping[str, str], known: dict[str, int])
                 yield member, line_look(i) | width, (times, column)
 
 
-def _draw_points(ax: Any, measured: Sequence["Target"]) -> dict[str, Any]:
-    """Draw measured values; return handles by their words."""
+def _draw_points(
+    ax: Any, measured: Sequence["Target"], channels: Collection[str]
+) -> dict[str, Any]:
+    """Draw measured values of some channels; return handles by their words."""
     handles: dict[str, Any] = {}
-    for target in measured:
-        words = f"{target.name.rpartition('.')[2].replace('_', ' ')}, measured"
+    for target, marker in zip(measured, cycle(MARKERS), strict=False):
+        if target.name.partition(".")[0] not in channels:
+            continue
+        words = f"{target.name.replace('_', ' ').replace('.', ' of ')}, measured"
         size = 4.0 if len(target.times) <= FULL_SIZE_POINTS else 2.0
-        (handles[words],) = ax.plot(target.times, target.values, **POINTS, markersize=size)
+        look = POINTS | {"marker": marker, "markersize": size}
+        (handles[words],) = ax.plot(target.times, target.values, **look)
     return handles
 
 

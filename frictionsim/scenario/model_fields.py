@@ -141,7 +141,8 @@ def unknown_key(model: type[BaseModel], key: str) -> str:
             fields = levels[-2] if len(levels) > 1 else []
             above = [m for f in fields for m in models_in(f.annotation)] or [model]
             known = [*dict.fromkeys(name for one in above for name in key_names(one))]
-            return unknown("key", parts[count - 1], known)
+            listed = "" if known else "this table has no keys"
+            return unknown("key", parts[count - 1], known, listed)
     return ""
 
 

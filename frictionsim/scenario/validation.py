@@ -130,7 +130,7 @@ def _unknown_key(path: KeyPath, known: list[str], table: type[BaseModel] | None)
     name = str(path[-1])
     inner = [] if table is None or closest(name, known) else keys_that_end_with(name, table)
     if not 0 < len(inner) <= MAX_MEANT:
-        return unknown("key", name, known)
+        return unknown("key", name, known, "" if known else "this table has no keys")
     above = "".join(f"{part}." for part in path[:-1])
     *others, last = (f"'{above}{key}'" for key in inner)
     meant = f"{', '.join(others)} or {last}" if others else last

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.errors import ArgumentError, InputError, unknown
+from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.sweep_table import RUN
 from frictionsim.scenario.toml_data import toml_value
 from frictionsim.sweeps.values import MAX_RUNS, Distribution, Levels, VariedValues
@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
 
 GRID, TOGETHER, SAMPLE = "grid", "zip", "sample"
-METHODS = ("sobol", "lhs", "random")
 MAX_FLOAT = sys.float_info.max  # of integers that have a float
 
 
@@ -26,7 +25,7 @@ class Sampling(NamedTuple):
     """
 
     runs: int  # with `indices` those of one of the samples
-    method: str = "sobol"  # one of METHODS
+    method: str = "sobol"
     seed: int = 0
     indices: bool = False
 
@@ -148,8 +147,6 @@ def _distributions(vary: Mapping[str, VariedValues], sampling: Sampling) -> list
                 f" {values.text}; a key of one value is an override"
             )
         found.append(values)
-    if sampling.method not in METHODS:
-        raise InputError(unknown("method", sampling.method, list(METHODS)))
     _check_total("sample", len(vary), sampling.total(len(vary)), fewer="runs")
     if sampling.indices and sampling.runs & (sampling.runs - 1):
         below = 1 << (sampling.runs.bit_length() - 1)

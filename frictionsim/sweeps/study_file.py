@@ -18,13 +18,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from frictionsim.errors import InputError, ScenarioError
 from frictionsim.scenario.loading import SourcePlace, load_file, validated
-from frictionsim.scenario.model_fields import names_in
+from frictionsim.scenario.model_fields import names_in, unknown_key
 from frictionsim.scenario.options import Options, by_name
 from frictionsim.scenario.origin import Origin
 from frictionsim.scenario.schema import inconsistent
@@ -58,7 +58,7 @@ class SweepOptions(Options):
     vary: Annotated[dict[str, Any], BeforeValidator(_varied)] = Field({})  # values by key
     zip: bool = Field(False, description="Vary the keys together instead of in all combinations.")
     sample: int | None = Field(None, description="Number of runs of a sample.", gt=0)
-    method: str = Field("sobol", description="How a sample is drawn: sobol, lhs or random.")
+    method: Literal["sobol", "lhs", "random"] = Field("sobol", description="How it is drawn.")
     seed: int = Field(0, description="Seed of the sample.", ge=0, le=MAX_SEED)
     indices: bool = Field(False, description="Run the combinations for Sobol indices.")
     keep_series: bool = Field(False, description="Keep the result of each run.")
@@ -134,6 +134,11 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str, text: str 
     for key in _varied_too(fixed, options.vary):
         tables.add(f"set.{key}", BOTH)
     scenario, place = _scenario(tables, folder, fixed)
+    if scenario is not None:
+        for key in options.vary:
+            faults = (unknown_key(type(scenario), name) for name in names_in(key))
+            for fault in filter(None, faults):
+                tables.add(f"vary.{key}", fault)
     if scenario is None or tables.faults:
         raise ScenarioError(sorted(tables.faults, key=tables.line_of))
     lines = {key: f"{tables.place(f'vary.{key}')}: " for key in options.vary} if text else {}
@@ -169,8 +174,13 @@ class _Tables:
 
     def leaves(self, name: str) -> dict[str, Any]:
         """Return values by keys with dots, from nested tables or quoted keys."""
-        every = keys_and_values(self.table(name), lists="whole")
-        return {key: value for key, value in every if not isinstance(value, Mapping)}
+        leaves: dict[str, Any] = {}
+        for key, value in keys_and_values(self.table(name), lists="whole"):
+            if key in leaves:
+                self.add(f"{name}.{key}", "is given twice, with and without quotes; leave one out")
+            if not isinstance(value, Mapping):
+                leaves[key] = value
+        return leaves
 
 
 def _options(tables: _Tables) -> SweepOptions:

@@ -1,6 +1,7 @@
 """Several patches of other friction, and the work of friction along the belt and on each rim."""
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from tests.support.cases import slow
 from tests.support.drawn_belts import drawn
 from tests.support.examples import examples
 from tests.support.scenarios import Scenario, changed, simulate, sound
+from tests.support.stopped_runs import assert_same_when_interrupted, calls_of
 
 EA, R = 1.52e5, 0.027  # N, m, of the shipped drive
 OIL = {"mu_s": 0.3, "mu_k": 0.25}
@@ -103,6 +105,31 @@ def test_a_patch_among_others_that_reaches_no_pulley_is_named() -> None:
     done = simulate(worn(effects__patch=[patch(0.5, 0.7), patch(0.2, 0.3)]))
     assert "no body of effects.patch.1 is on a pulley in any sample" in " ".join(done.warnings)
     assert "effects.patch.0" not in " ".join(done.warnings)
+
+
+@pytest.mark.parametrize("given", [{"pretension": 555.0}, {"pretension": None, "length": 1.1953}])
+def test_a_patch_ends_where_the_unstretched_belt_ends(given: dict[str, Any]) -> None:
+    """The path is 0.4 % longer: a patch there would have no body in it."""
+    data = worn(mechanism__belt=shipped("belt_string")["mechanism"]["belt"] | given)
+    data["mechanism"]["belt"] = {k: v for k, v in data["mechanism"]["belt"].items() if v}
+    end = given.get("length") or path_of(scenario_of(data)).length / (1.0 + 555.0 / EA)
+    fs.load(changed(data, effects__patch=patch(1.1, end)))
+    with pytest.raises(fs.ScenarioError, match=f"beyond the belt's {end} m$"):
+        fs.load(changed(data, effects__patch=patch(1.1, end * (1.0 + 1e-12))))
+
+
+@pytest.mark.parametrize("name", ["belt_string", "belt_patch"])
+def test_a_patch_between_the_middles_of_two_bodies_is_told_before_the_run(name: str) -> None:
+    """Half of a body's length between the middles has none in it, beside a middle it has one."""
+    data = shipped(name, solver__duration=1e-3, solver__backend="moreau")
+    length = fs.static(fs.load(data))["body_length"].value
+    for start, told in ((49.6, True), (49.3, False)):
+        given = [patch(0.1, 0.2), patch(start * length, (start + 0.4) * length)]
+        scenario = fs.load(changed(data, effects__patch=given))
+        warnings = [*scenario.warnings(), *simulate(scenario.to_dict()).warnings]
+        found = [w for w in warnings if w.startswith("no body of the belt lies in effects.patch.1")]
+        assert len(found) == 2 * told
+        assert not told or not [w for w in warnings if "effects.patch.1 is on" in w]
 
 
 def test_a_value_of_one_patch_can_be_set_by_its_name_or_number() -> None:
@@ -255,3 +282,10 @@ def test_a_run_is_the_same_with_the_works_of_its_friction(backend: str) -> None:
         close = 0.0 if backend == "moreau" else 1e-9 * float(np.max(np.abs(values)))
         assert np.max(np.abs(with_work.channels[name] - values)) <= close, name
     assert with_work.statistics.steps == without.statistics.steps
+
+
+def test_a_worn_belt_resumes_to_the_same_bytes(tmp_path: Path) -> None:
+    """The work of a zone is rounded alike, whether its last samples are worked out together."""
+    data = worn(solver__backend="moreau", solver__duration=0.06)
+    stops = np.random.default_rng(5).integers(1, len(calls_of(data)), 8)
+    assert_same_when_interrupted(data, tmp_path, *([int(stop)] for stop in stops))

@@ -92,6 +92,21 @@ def test_out_of_reach_says_what_is_reachable() -> None:
     assert f"\n# {fit.finding.sentence}\n" in fit.to_toml()
 
 
+def test_data_beyond_an_extremum_are_not_said_to_be_without_change() -> None:
+    """The dwell is longest at a radius between the bounds: the slope is zero there."""
+    fit = fs.fit(
+        "epicyclic_dwell",
+        quantities={"tracer_dwell_time": 0.09},
+        free={"effects.tracer_point.radius": (0.05, 0.08)},
+        starts=1,
+    )
+    least, largest = fit.finding.reachable
+    assert fit.finding.kind == "out_of_reach"
+    assert largest > 1.5 * least
+    reason = "no run within the bounds reaches the data"
+    assert fit.not_identified == {"effects.tracer_point.radius": reason}
+
+
 def test_a_value_that_is_jumped_over_is_out_of_reach() -> None:
     """At mu_s the moments at t = 0 are at their limit: more friction, and it breaks away later."""
     fit = fit_one(pulley(), BOUNDS, breakaway_time=0.5, starts=1)

@@ -79,7 +79,7 @@ def test_the_cloud_of_exact_friction_lies_on_a_vertical_and_two_rays() -> None:
     }
     record = run(solver__backend="moreau", effects__belt_friction=law, drive=speeds)
     ax = draw(record, "friction").axes[0]
-    ((slip, mu),) = curves(ax, "law, ")
+    ((slip, mu),) = curves(ax, "law, μs = 1, μk = 0.8")
     assert mu.tolist() == [-0.8, -0.8, -1.0, 0.0, 0.0, 1.0, 0.8, 0.8]
     assert slip.tolist()[1:-1] == [0.0] * 6
     assert slip[-1] == -slip[0]
@@ -92,6 +92,17 @@ def test_the_cloud_of_exact_friction_lies_on_a_vertical_and_two_rays() -> None:
         assert np.all(np.abs(ratio[sticks]) <= 1.0 + 1e-9)
         assert ratio[~sticks] == pytest.approx(0.8 * np.sign(slip[~sticks]), rel=1e-9)
     assert slip.size
+
+
+def test_the_law_of_a_patch_is_named() -> None:
+    patches = [{"from": 0.2, "to": 0.3, "mu_s": 1.0, "mu_k": 1.0}]
+    patches += [{"from": 0.5, "to": 0.7, "name": "oil", **OIL}]
+    ax = draw(run(effects__patch=patches, solver__backend="moreau"), "friction").axes[0]
+    words = [str(line.get_label()) for line in ax.lines]
+    assert [w for w in words if w.startswith("law")] == [
+        "law, μs = 1, μk = 1",
+        "law, μs = 0.5, μk = 0.4 (oil)",
+    ]
 
 
 @pytest.mark.slow

@@ -33,6 +33,13 @@ def test_an_unknown_key_is_not_taken_out_in_silence(key: str, said: str, told: T
         assert wanted in str(raised.value)
 
 
+@pytest.mark.parametrize("value", ["1", "none"])
+def test_a_key_of_a_table_without_keys_is_told_so(value: str, told: Told) -> None:
+    given = ("--set", "effects.wear={}", "--set", f"effects.wear.x={value}")
+    _, stderr = told("check", "belt_string", *given, code=2)
+    assert stderr.endswith("effects.wear.x: unknown key 'x'; this table has no keys\n")
+
+
 @pytest.mark.parametrize(
     ("name", "overrides"),
     [

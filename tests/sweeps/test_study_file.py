@@ -111,6 +111,39 @@ def test_all_faults_of_a_study_are_told_with_file_line_and_key(
     assert "study.toml:3: study.scenario.kind: expected one of 'pulley'" in err
 
 
+TWICE = f"""[study]
+scenario = "{PULLEY}"
+method = "sobel"
+sample = 4
+seed = -1
+
+[set]
+"solver.duration" = 1.0
+solver.duration = 2.0
+
+[vary]
+"mechanism.load" = "uniform(1.0, 2.0)"
+mechanism.load = "uniform(3.0, 4.0)"
+mechanism.loadd = "uniform(3.0, 4.0)"
+"""
+
+
+def test_settings_and_keys_of_a_study_are_refused_with_their_lines(
+    here: Path, told: Callable[..., tuple[str, str]]
+) -> None:
+    (here / "study.toml").write_text(TWICE)
+    *_, err = told("sweep", "study.toml", code=2)
+    lines = err.removeprefix("frictionsim: ").splitlines()
+    twice = "is given twice, with and without quotes; leave one out"
+    assert lines == [
+        "study.toml:3: study.method: should be 'sobol', 'lhs' or 'random', got 'sobel'",
+        "study.toml:5: study.seed: should be greater than or equal to 0, got -1",
+        f"study.toml:9: set.solver.duration: {twice}",
+        f"study.toml:13: vary.mechanism.load: {twice}",
+        "study.toml:14: vary.mechanism.loadd: unknown key 'loadd' (did you mean 'load'?)",
+    ]
+
+
 @pytest.mark.parametrize(
     ("values", "line"),
     [('["vertical"]\n"effects.shaft_friction.mu_s" = [0.05]', 5), ('["a", "a"]', 4), ('["b"]', 4)],

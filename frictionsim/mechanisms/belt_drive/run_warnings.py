@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies
 from frictionsim.mechanisms.belt_drive.quantities import averaging_of, min_rim_speed
 from frictionsim.mechanisms.belt_drive.transitions import full_slip, slack_spans
 from frictionsim.simulation.averages import (
@@ -123,13 +124,13 @@ def _created_energy(run: "BeltSamples") -> Iterator[str]:
 
 
 def _untouched_patch(run: "BeltSamples") -> Iterator[str]:
-    """Say that a patch of the belt was never on a pulley."""
+    """Say that a patch with bodies was never on a pulley; `empty_patches` tells of others."""
     touched, several = run.seen["_patches"].any(axis=0), len(run.scenario.effects.patches) > 1
-    for i in np.flatnonzero(~touched):
+    places = patch_of_bodies(run.scenario, run.body_length)
+    for i in np.intersect1d(np.flatnonzero(~touched), places):
         yield (
             f"no body of effects.patch{f'.{i}' if several else ''} is on a pulley in any sample:"
-            " the patch changes nothing; lay it elsewhere, make it longer than a body,"
-            f" {run.body_length:.4g} m, or let the belt run further"
+            " the patch changes nothing; lay it elsewhere, or let the belt run further"
         )
 
 

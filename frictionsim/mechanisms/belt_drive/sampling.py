@@ -266,8 +266,13 @@ class Observer:
             **self._friction_on_pulleys(states),
             "_patches": (pulley >= 0) @ self._patches.T,
             "_power": power,
-            **({"_zone_work": channels["friction_work"] @ self._zones.T} if belt.wear else {}),
+            **({"_zone_work": self._work_of_zones(channels["friction_work"])} if belt.wear else {}),
         }
+
+    def _work_of_zones(self, work: Array) -> Array:
+        """Return the work of friction in each zone, (m, zones), J, of that of bodies, (m, n)."""
+        # Not a product of matrices: its rounding depends on how many samples there are at once.
+        return np.asarray((work[:, None] * self._zones).sum(axis=-1))
 
     def _contacts_of_bodies(self, states: States) -> tuple[dict[str, Any], Array]:
         """Return the channels of contact, (m, n), of the pulley that presses each body.

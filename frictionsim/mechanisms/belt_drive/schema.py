@@ -437,7 +437,10 @@ class BeltDriveScenario(Scenario):
             if getattr(self.effects, name) is not None and self.effects.belt_friction is None:
                 raise inconsistent(("effects", name), f"{what}; add belt_friction")
         path, bodies = self.mechanism.path(), self.mechanism.belt.bodies
-        self._check_patches(path.length)
+        belt = self.mechanism.belt
+        # How long bodies in the plane are at their pretension, their equilibrium tells: about that.
+        stretch = 1.0 + (belt.pretension or 0.0) / belt.axial_rigidity if self.guided else 1.0
+        self._check_patches(belt.length or path.length / stretch)
         if self.guided:
             problem = _missing_points(path, self.mechanism.names, self.drive, bodies)
         else:
@@ -452,9 +455,7 @@ class BeltDriveScenario(Scenario):
         keys = [("effects", "patch", *((i,) if several else ())) for i in range(len(patches))]
         for key, patch in zip(keys, patches, strict=True):
             if patch.end > length:
-                raise inconsistent(
-                    (*key, "to"), f"{patch.end} m is beyond the belt's {length:.6g} m"
-                )
+                raise inconsistent((*key, "to"), f"{patch.end} m is beyond the belt's {length} m")
             if patch.name == CLEAN:
                 raise inconsistent(
                     (*key, "name"), f"'{CLEAN}' is the belt outside of patches; take another name"
@@ -475,9 +476,9 @@ class BeltDriveScenario(Scenario):
 
     def warnings(self) -> list[str]:
         """Return warnings about the scenario, also of overload and of a creep by the step."""
-        from frictionsim.mechanisms.belt_drive.statics import overloads
+        from frictionsim.mechanisms.belt_drive.statics import empty_patches, overloads
 
-        warnings = [*super().warnings(), *overloads(self)]
+        warnings = [*super().warnings(), *overloads(self), *empty_patches(self)]
         friction = self.effects.belt_friction
         if friction is not None and friction.law == "creep" and friction.elementary_time is None:
             warnings.append(

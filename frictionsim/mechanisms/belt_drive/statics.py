@@ -1,12 +1,15 @@
 """The belt at rest at its pretension, without friction, and what friction could hold there."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 from math import exp, log, sin, tanh
 from sys import float_info
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from frictionsim.errors import ScenarioError
+from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies
 from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
 from frictionsim.results import Quantities, Quantity
 from frictionsim.scenario.signal_tables import held_value
@@ -87,6 +90,23 @@ def overloads(scenario: "BeltDriveScenario") -> Iterator[str]:
                 f" friction balances at a pretension of {tension:.4g} N: no load keeps the speed"
                 f" steady without slip of the whole belt on '{pulley.name}'; give less torque, or"
                 " more pretension, friction or arc"
+            )
+
+
+def empty_patches(scenario: "BeltDriveScenario") -> Iterator[str]:
+    """Say which patches no body of the belt has its middle in; of a belt that is not found none."""
+    patches = scenario.effects.patches
+    wide = 2.0 * scenario.mechanism.path().length / scenario.mechanism.belt.bodies
+    if all(patch.end - patch.start > wide for patch in patches):
+        return  # without the belt at rest, which takes time
+    with suppress(ScenarioError):
+        length = at_rest(scenario).body_length
+        places = patch_of_bodies(scenario, length)
+        for i in sorted({*range(len(patches))} - {*places}):
+            yield (
+                f"no body of the belt lies in effects.patch{f'.{i}' if len(patches) > 1 else ''},"
+                f" {patches[i].start} to {patches[i].end} m: the patch changes nothing; make it"
+                f" longer than a body, {length:.4g} m"
             )
 
 
