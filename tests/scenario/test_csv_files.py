@@ -227,8 +227,8 @@ def test_a_number_that_may_be_another_one_is_refused(text: str, tmp_path: Path) 
             "t,F\n0,0,1,5\n1,0,2,5\n",
             "line 2 .*expected 2 cells, got 4: '0,0,1,5'; with decimal comm",
         ),
-        ("t;F\n0;1\n1;2;; x\n", "line 3 .*expected 2 cells, got 4: '1;2;; x'$"),
-        ("Log\n\nt F\n0 1\n1  2 3", "line 5 .*expected 2 cells, got 3: '1  2 3'$"),
+        ("t;F\n0;1\n1;2;; x\n", "line 3 .*expected 2 cells, got 4: '1;2;;x'$"),
+        ("Log\n\nt F\n0 1\n1  2 3", "line 5 .*expected 2 cells, got 3: '1 2 3'$"),
     ],
 )
 def test_a_line_of_more_cells_than_the_header_is_refused(
