@@ -50,6 +50,17 @@ class Row(NamedTuple):
         """Return the places of the columns with a name in a header, from 0."""
         return [i for i, cell in enumerate(self.cells) if name in (cell, heading(cell).name)]
 
+    def place(self, name: str) -> int:
+        """Return the place of the only column with a name."""
+        place, *others = self.places(name)
+        if others:
+            numbers = ", ".join(str(i + 1) for i in (place, *others))
+            raise InputError(
+                f"{self.where}: columns {numbers} are all named '{name}'; give the number of one of"
+                " them"
+            )
+        return place
+
 
 class NoSuchColumn(InputError):
     """A column that a file does not have."""
@@ -144,18 +155,10 @@ def _parts(
         raise InputError(f"'{path}' is empty")
     names = [column for column in wanted if isinstance(column, str)]
     header = _header(path, rows[:MAX_HEAD], names) if names else -1
-    places, most = dict[ColumnKey, int](), max(len(row.cells) for row in rows)
-    for column in wanted:
-        found = [column - 1] if isinstance(column, int) else rows[header].places(column)
-        if len(found) > 1:
-            numbers = ", ".join(str(place + 1) for place in found)
-            raise InputError(
-                f"{rows[header].where}: columns {numbers} are all named '{column}'; give the number"
-                " of one of them"
-            )
-        if found[0] >= most:
-            raise InputError(f"'{path}' has {most} columns, and no number {column}")
-        places[column] = found[0]
+    places = {c: c - 1 if isinstance(c, int) else rows[header].place(c) for c in wanted}
+    most = max(len(row.cells) for row in rows)
+    if over := [column for column, place in places.items() if place >= most]:
+        raise InputError(f"'{path}' has {most} columns, and no number {over[0]}")
     first = header + 1
     while first < len(rows) and not any(_is_number(rows[first].cell(i)) for i in places.values()):
         first += 1
@@ -225,22 +228,20 @@ def _separated(text: str, delimiter: str, path: Path) -> list[Row]:
 
 def _header(path: Path, rows: list[Row], names: list[str]) -> int:
     """Return the number of the first row that has all names."""
-    likely, known = Row(path, 0, []), list[str]()
     for number, row in enumerate(rows):
-        bare_names = [heading(cell).name for cell in row.cells]
-        if {*row.cells, *bare_names}.issuperset(names):
+        if all(row.places(name) for name in names):
             return number
-        named = sum(map(bool, row.cells))  # above it may stand a title, with empty cells behind
-        if named > sum(map(bool, known)) and not any(map(_is_number, row.cells)):
-            likely, known = row, bare_names
-    if not known:
+    texts = [row for row in rows if not any(map(_is_number, row.cells))]
+    if not texts:
         raise NoSuchColumn(
             f"'{path}' has no line with the names of its columns; give the number of"
             f" '{names[0]}', from 1"
         )
-    missing = next(name for name in names if name not in (*likely.cells, *known))
-    fault = unknown("column", missing, [name[:MAX_TEXT] for name in known if name][:MAX_NAMES])
-    raise NoSuchColumn(f"{likely.where}: {fault}")
+    # Above it may stand a title, with empty cells behind.
+    likely = max(texts, key=lambda row: sum(map(bool, row.cells)))
+    missing = next(name for name in names if not likely.places(name))
+    known = [heading(cell).name[:MAX_TEXT] for cell in likely.cells if cell]
+    raise NoSuchColumn(f"{likely.where}: {unknown('column', missing, known[:MAX_NAMES])}")
 
 
 def _unit(head: list[Row], place: int) -> tuple[str, str, bool]:
