@@ -109,7 +109,7 @@ SCALES: dict[str, dict[str, Callable[[fs.Result], float] | float | None]] = {
     },
     "door": {"impacts": 1.0, "impact_speed_max": largest("angular_velocity")},
     "gear": {
-        "uniform_torque_mean": largest("drive_torque", "uniform_torque", "friction_torque"),
+        "uniform_torque_mean": largest("uniform_torque"),
         "tracer_cusps": lambda r: float(r.quantities["tracer_cusps"]),
         "tracer_dwell_time": None,
         "energy_potential": energies,
