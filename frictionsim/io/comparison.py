@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
-from functools import lru_cache
 from math import inf, isclose, isfinite, pi
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,11 +12,10 @@ from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.toml_data import differing_keys, toml_value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from frictionsim.results import Record
 
-QUANTITIES = "quantities/"  # what the rows of quantities begin with
+QUANTITIES, SIDES = "quantities/", "events/"  # what the rows of quantities and events begin with
+REASONS = ("status", "time")  # rows that say why others differ
 SHARES = {"1": 1.0, "%": 100.0}  # scales of quantities without a dimension, by unit
 TURN = 2.0 * pi  # rad: scale of an angle that is not one of the motion, such as an arc
 EQUAL_TIMES = 1e-9  # relative difference of times that are the same but for rounding
@@ -96,31 +94,59 @@ def compare_records(
         raise InputError(
             f"cannot compare: {result_path} is of kind '{kinds[0]}', {golden_path} of '{kinds[1]}'"
         )
-    _check_patterns(ignore, _names(result) | _names(golden))
-    comparison = Comparison()
+    wanted = _compared_names(_names(result) | _names(golden), ignore)
+    notes = list(_differing_origins(result, golden))
+    common = _common_samples(result, golden)
+    samples = f"{result.time.size} and {golden.time.size} samples"
+    if not common.complete and result.status == golden.status == "done":
+        keys = "; ".join(n for n in notes if n.startswith(("solver.duration", "output.")))
+        raise InputError(
+            f"cannot compare {result_path} and {golden_path}: they are sampled at different times"
+            f" ({samples}); run both with the same solver.duration and"
+            f" output.interval{keys and f' ({keys})'}"
+        )
     ends = [float(r.time[-1]) if r.time.size else 0.0 for r in (result, golden)]
     ended_together = isclose(*ends, rel_tol=EQUAL_TIMES)
-    comparison.rows += _compare_status(result, golden, [] if ended_together else ends)
-    common = _common_samples(result, golden)
-    _compare_times(result, golden, common, comparison, f"{result_path} and {golden_path}")
-    comparison.notes += [f"note: {text}" for text in _differing_origins(result, golden)]
-
-    def is_compared(name: str) -> bool:
-        return not _is_ignored(name, ignore)
-
+    rows = list(_status_rows(result, golden, [] if ended_together else ends))
+    if not common.complete:
+        note = f"different sample times, {samples}; only common samples are compared"
+        rows.append(ComparedChannel("time", note=note))
     if ended_together:
-        comparison.rows += _compare_quantities(result, golden, is_compared, tolerances)
-    for name in sorted((result.channels.keys() | golden.channels.keys()) - {"time"}):
-        if is_compared(name):
-            row = _compare_channel(name, result, golden, common, tolerances)
-            comparison.rows.append(row)
-    if is_compared("events"):
-        events = _compare_events(result, golden, tolerances.time)
-        comparison.rows.append(events)
+        rows += _quantity_rows(result, golden, tolerances)
+    for name in wanted & (result.channels.keys() | golden.channels.keys()):
+        rows.append(_channel_row(name, result, golden, common, tolerances))
+    events = _event_row(result, golden, tolerances.time)
+    if "events" in wanted:
+        rows.append(events)
         if events.ok:  # the sides can only be compared of equal events
-            comparison.rows += _compare_sides(result, golden, is_compared, tolerances)
-    comparison.rows.sort(key=_place)
-    return comparison
+            rows += _side_rows(result, golden, tolerances)
+    rows = [row for row in rows if row.name in wanted or row.name in REASONS]
+    return Comparison(sorted(rows, key=_place), [f"note: {text}" for text in notes])
+
+
+def _names(record: "Record") -> set[str]:
+    """Return the names of all rows that a result may have."""
+    sides = (name.removesuffix("_before") for name in record.events if name.endswith("_before"))
+    quantities = (QUANTITIES + name for name in record.quantities)
+    return {*record.channels, *quantities, "events", *(SIDES + name for name in sides)} - {"time"}
+
+
+def _compared_names(names: set[str], ignore: Sequence[str]) -> set[str]:
+    """Return the names of which no pattern matches, nor what stands behind their slash."""
+    left = set(names)
+    for pattern in ignore:
+        matched = {n for n in names if any(fnmatch(m, pattern) for m in (n, _bare(n)))}
+        if not matched:
+            known = names if "/" in pattern else {*map(_bare, names)}
+            raise ArgumentError("ignore", unknown("channel or quantity", pattern, sorted(known)))
+        left -= matched
+    if not left:
+        raise ArgumentError("ignore", "nothing is left to compare")
+    return left
+
+
+def _bare(name: str) -> str:
+    return name.rpartition("/")[2]
 
 
 def _differing_origins(result: "Record", golden: "Record") -> Iterator[str]:
@@ -149,48 +175,17 @@ def _shortened(value: Any) -> str:
     return f"a list of {len(value)}" if isinstance(value, list) else f"{text[:MAX_VALUE]}..."
 
 
-def _names(record: "Record") -> set[str]:
-    """Return the names of all rows that a result may have."""
-    sides = (name.removesuffix("_before") for name in record.events if name.endswith("_before"))
-    return (
-        {*record.channels, "events", *(f"events/{name}" for name in sides)}
-        | {QUANTITIES + name for name in record.quantities}
-    ) - {"time"}
-
-
-def _is_ignored(name: str, patterns: Sequence[str]) -> bool:
-    """Return whether a pattern matches the name of a row, or what stands behind its slash."""
-    names = name, name.rpartition("/")[2]
-    return any(fnmatch(one, pattern) for one in names for pattern in patterns)
-
-
-def _check_patterns(ignore: Sequence[str], names: set[str]) -> None:
-    """Raise ArgumentError if a pattern matches no row, or if the patterns match all of them."""
-    for pattern in ignore:
-        if not any(_is_ignored(name, [pattern]) for name in names):
-            known = names if "/" in pattern else {name.rpartition("/")[2] for name in names}
-            raise ArgumentError("ignore", unknown("channel or quantity", pattern, sorted(known)))
-    if all(_is_ignored(name, ignore) for name in names):
-        raise ArgumentError("ignore", "nothing is left to compare")
-
-
-def _place(row: ComparedChannel) -> tuple[bool, int, float, float]:
+def _place(row: ComparedChannel) -> tuple[Any, ...]:
     """Return what rows are sorted by: see `Comparison`. What has no number is worst."""
-    _, ratio, difference = _tolerance_ratio(row)
-    # Status and times say why others differ.
-    groups = row.name in ("status", "time"), row.name.startswith(QUANTITIES), True
-    return row.ok, groups.index(True), -ratio, -difference
+    ratio = difference = inf
+    if row.difference is not None and isfinite(row.difference):
+        difference = row.difference
+        ratio = difference / row.allowed if row.allowed else (inf if difference else 0.0)
+    groups = row.name in REASONS, row.name.startswith(QUANTITIES), True
+    return row.ok, groups.index(True), -ratio, -difference, row.name.startswith(SIDES), row.name
 
 
-def _tolerance_ratio(row: ComparedChannel) -> tuple[bool, float, float]:
-    """Return what is largest of the worst row: whether it differs, by how much, absolutely."""
-    if row.difference is None or not isfinite(row.difference):
-        return not row.ok, inf, inf
-    ratio = row.difference / row.allowed if row.allowed else (inf if row.difference else 0.0)
-    return not row.ok, ratio, row.difference
-
-
-def _compare_status(
+def _status_rows(
     result: "Record", golden: "Record", ends: Sequence[float]
 ) -> Iterator[ComparedChannel]:
     """Yield a row if the runs differ in their status, or in `ends`, s, where these are given."""
@@ -203,14 +198,14 @@ def _compare_status(
         yield ComparedChannel("status", note=note)
 
 
-def _compare_quantities(
-    result: "Record", golden: "Record", wanted: "Callable[[str], bool]", tolerances: Tolerances
+def _quantity_rows(
+    result: "Record", golden: "Record", tolerances: Tolerances
 ) -> Iterator[ComparedChannel]:
     """Compare the quantities of two runs that ended at the same time.
 
     Those of a run that is not done may be missing.
     """
-    largest = lru_cache(maxsize=None)(lambda name: _largest(golden.channels[name]))
+    sizes = {name: _largest(channel) for name, channel in golden.channels.items()}
     for name, either in (result.quantities | golden.quantities).items():
         actual, expected = (r.quantities.get(name) for r in (result, golden))
         row = ComparedChannel(
@@ -219,25 +214,25 @@ def _compare_quantities(
             expected=expected.value if expected else None,
             unit=either.unit,
         )
-        if not wanted(row.name):
-            continue
         if actual is None or expected is None:
             if result.status == golden.status == "done":
-                where = "the golden file" if expected is None else "the result"
-                yield row._replace(note=f"missing in {where}")
-            continue
-        if actual.unit != expected.unit:
+                yield row._replace(note=_missing(expected is None))
+        elif actual.unit != expected.unit:
             note = f"unit {actual.unit}, expected {expected.unit}"
             yield row._replace(unit="", note=note)
-            continue
-        allowed = tolerances.time
-        if expected.unit != "s":
-            allowed = float(tolerances.allowed(_scale(name, golden, largest)))
-        difference = float(_difference(float(actual), float(expected)))
-        yield row._replace(difference=difference, allowed=allowed, ok=difference <= allowed)
+        else:
+            allowed = tolerances.time
+            if expected.unit != "s":
+                allowed = float(tolerances.allowed(_scale(name, golden, sizes)))
+            difference = float(_difference(float(actual), float(expected)))
+            yield row._replace(difference=difference, allowed=allowed, ok=difference <= allowed)
 
 
-def _scale(name: str, golden: "Record", largest: "Callable[[str], float]") -> float:
+def _missing(in_golden: bool) -> str:
+    return f"missing in {'the golden file' if in_golden else 'the result'}"
+
+
+def _scale(name: str, golden: "Record", sizes: dict[str, float]) -> float:
     """Return what the relative tolerance of a quantity is relative to, at least its own size.
 
     A quantity may be a small difference of large numbers, and has the rounding of these: those of
@@ -251,9 +246,10 @@ def _scale(name: str, golden: "Record", largest: "Callable[[str], float]") -> fl
     alike = [channel for channel in golden.channels if golden.units[channel] == unit]
     if unit == "J":
         energies = (abs(q.value) for q in golden.quantities.values() if q.unit == "J" and q.value)
-        return max(*map(largest, alike), *filter(isfinite, energies), size, 0.0)
+        return max(*(sizes[c] for c in alike), *filter(isfinite, energies), size, 0.0)
     named = [channel for channel in alike if f"_{channel}_" in f"_{name}_"]
-    scale = max(map(largest, [max(named, key=len)] if named else alike), default=0.0)
+    nearest = [max(named, key=len)] if named else alike
+    scale = max((sizes[channel] for channel in nearest), default=0.0)
     return max(size, min(scale, TURN) if unit == "rad" and not named else scale)
 
 
@@ -287,50 +283,24 @@ def _common_samples(result: "Record", golden: "Record") -> _CommonSamples:
 
 def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
     """Return the indices of the nearest other times, and which of them are equal to rounding."""
-    places = np.zeros(times.shape, dtype=np.intp)
     if not others.size:
-        return places, np.zeros(times.shape, dtype=bool)
-    for shift in (0, -1):
-        near = np.clip(np.searchsorted(others, times) + shift, 0, others.size - 1)
-        closer = np.abs(others[near] - times) <= np.abs(others[places] - times)
-        places = np.where(closer, near, places)
+        return np.zeros(times.shape, dtype=np.intp), np.zeros(times.shape, dtype=bool)
+    places = np.searchsorted(0.5 * (others[1:] + others[:-1]), times)
     return places, np.isclose(times, others[places], rtol=EQUAL_TIMES, atol=0.0)
 
 
-def _compare_times(
-    result: "Record", golden: "Record", common: _CommonSamples, comparison: Comparison, pair: str
-) -> None:
-    """Raise InputError if two completed runs differ in sample times; else add a row."""
-    times, expected = result.channels["time"], golden.channels["time"]
-    if common.complete:
-        return
-    counts = f"{times.size} and {expected.size} samples"
-    if result.attributes["status"] == golden.attributes["status"] == "done":
-        keys = "; ".join(
-            text
-            for text in _differing_origins(result, golden)
-            if text.startswith(("solver.duration", "output."))
-        )
-        raise InputError(
-            f"cannot compare {pair}: they are sampled at different times ({counts}); run both with"
-            f" the same solver.duration and output.interval{keys and f' ({keys})'}"
-        )
-    note = f"different sample times, {counts}; only common samples are compared"
-    comparison.rows.append(ComparedChannel("time", note=note))
-
-
-def _compare_channel(
+def _channel_row(
     name: str, result: "Record", golden: "Record", common: _CommonSamples, tolerances: Tolerances
 ) -> ComparedChannel:
     if name not in result.channels or name not in golden.channels:
-        where = "the golden file" if name in result.channels else "the result"
-        return ComparedChannel(name, note=f"missing in {where}")
+        return ComparedChannel(name, note=_missing(name in result.channels))
+    axis, members = columns = _columns(golden, name)
+    note = ""
     if result.units[name] != golden.units[name]:
         note = f"unit {result.units[name]}, expected {golden.units[name]}"
-        return ComparedChannel(name, note=note)
-    axis, members = columns = _columns(golden, name)
-    if _columns(result, name) != columns:
+    elif _columns(result, name) != columns:
         note = f"{_axis(result, name)}, expected {_axis(golden, name)}"
+    if note:
         return ComparedChannel(name, note=note)
     time = golden.channels["time"][common.golden]
     away = np.flatnonzero(_outside_event_windows(golden.events["time"], time, tolerances.time))
@@ -396,7 +366,7 @@ def _outside_event_windows(events: Any, time: Any, time_atol: float) -> Any:
     return away
 
 
-def _compare_events(result: "Record", golden: "Record", time_atol: float) -> ComparedChannel:
+def _event_row(result: "Record", golden: "Record", time_atol: float) -> ComparedChannel:
     actual, expected = result.transitions, golden.transitions
     if len(actual) != len(expected):
         note = f"{len(actual)} events, expected {len(expected)}"
@@ -412,33 +382,25 @@ def _compare_events(result: "Record", golden: "Record", time_atol: float) -> Com
     return row
 
 
-def _compare_sides(
-    result: "Record", golden: "Record", wanted: "Callable[[str], bool]", tolerances: Tolerances
+def _side_rows(
+    result: "Record", golden: "Record", tolerances: Tolerances
 ) -> Iterator[ComparedChannel]:
     """Compare the channels immediately before and after the events, if both results have them.
 
     An event may be shifted by the tolerance of time. The change of the channel in this time, at its
     rate between the event and the next sample, is therefore allowed as well.
     """
-    for name in sorted(golden.channels.keys() & result.channels.keys()):
+    time, at = golden.time, golden.events["time"]
+    beside = np.searchsorted(time, at, "left") - 1, np.searchsorted(time, at, "right")
+    places = np.clip(np.concatenate(beside), 0, time.size - 1)
+    at = np.tile(at, 2)
+    for name in golden.channels.keys() & result.channels.keys():
         sides = [f"{name}_{side}" for side in ("before", "after")]
-        if not (wanted(name) and all(s in r.events for s in sides for r in (result, golden))):
-            continue
-        actual, expected = (np.concatenate([r.events[s] for s in sides]) for r in (result, golden))
-        steps = zip(sides, (-1, 1), strict=True)
-        rates = [_event_rate(golden, name, golden.events[side], step) for side, step in steps]
-        allowed = tolerances.allowed(expected) + np.concatenate(rates) * tolerances.time
-        time, unit = np.tile(golden.events["time"], 2), golden.units[name]
-        yield _worst(f"events/{name}", actual, expected, time, allowed, unit)[0]
-
-
-def _event_rate(golden: "Record", name: str, values: Any, step: int) -> Any:
-    """Return the rate of a channel between the events and the samples before or after them."""
-    time, at = golden.channels["time"], golden.events["time"]
-    if step < 0:
-        places = np.searchsorted(time, at, side="left") - 1
-    else:
-        places = np.searchsorted(time, at, side="right")
-    places = np.clip(places, 0, time.size - 1)
-    rates = np.abs((golden.channels[name][places] - values) / (time[places] - at))
-    return np.where(np.isfinite(rates), rates, 0.0)
+        if all(side in r.events for side in sides for r in (result, golden)):
+            actual, expected = (
+                np.concatenate([r.events[side] for side in sides]) for r in (result, golden)
+            )
+            rates = np.abs((golden.channels[name][places] - expected) / (time[places] - at))
+            rates = np.where(np.isfinite(rates), rates, 0.0)
+            allowed = tolerances.allowed(expected) + rates * tolerances.time
+            yield _worst(SIDES + name, actual, expected, at, allowed, golden.units[name])[0]

@@ -8,6 +8,7 @@ of its own at the end, with the same text in each line, so that the heading stay
 import csv
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from io import StringIO
 from itertools import takewhile
 from math import isfinite, nan
@@ -18,7 +19,7 @@ from typing import Any, NamedTuple
 from frictionsim.errors import InputError
 from frictionsim.io.output_file import COSTS, write_file
 from frictionsim.results import finite
-from frictionsim.scenario.csv_columns import read_text, separated
+from frictionsim.scenario.csv_columns import read_text
 
 NOTE = "#"
 RELATIVE = "_relative"  # end of the names of columns of relative errors
@@ -28,7 +29,6 @@ TEXTS = (
     *ABOUT,
 )
 COUNTS = ("bodies", "events", "repeats", "steps", "rejected", "rhs_evaluations", "states")
-NUMBERS = ("error", "time_error", "wall_seconds", "wall_spread", *COUNTS)
 REQUIRED = ("backend", "setting", "status", "error", "wall_seconds", "steps", "rhs_evaluations")
 
 
@@ -124,11 +124,18 @@ def read_csv(path: Path) -> CostTable:
     """
     lines = read_text(path).split("\n")
     notes = list(takewhile(lambda line: line.startswith(NOTE), lines))
-    lines[: len(notes)] = [""] * len(notes)
     try:
-        heading, *table = separated("\n".join(lines), ",", path)
-        units = _units(heading.cells)
-        rows = [_row(units, line.line, line.cells) for line in table]
+        heading, *table = csv.reader(StringIO("\n".join(lines[len(notes) :])), strict=True)
+        columns = (cell.removesuffix("]").partition(" [") for cell in heading)
+        units = {name: unit for name, _, unit in columns}
+        for name, unit in units.items():
+            if bool(unit) == (name in TEXTS):
+                wanted = "text without a unit" if unit else "numbers with a unit"
+                raise ValueError(f"its column '{name[:80]}' does not hold {wanted}")
+        if missing := [name for name in REQUIRED if name not in units]:
+            raise ValueError(f"it has no column '{missing[0]}'")
+        numbered = enumerate(table, len(notes) + 2)
+        rows = [_row(units, number, cells) for number, cells in numbered if cells]
         if not rows:
             raise ValueError("it has no rows")
         about = {name: rows[0].get(name, "") for name in ABOUT}
@@ -143,25 +150,8 @@ def read_csv(path: Path) -> CostTable:
             _uncertainty(about["reference_uncertainty"] or "{}"),
             notes=tuple(note[len(NOTE) :].strip() for note in notes),
         )
-    except ValueError as error:
+    except (ValueError, csv.Error) as error:
         raise InputError(f"{path}: cannot read this table of costs: {error}") from None
-
-
-def _units(headings: list[str]) -> dict[str, str]:
-    """Return the units of the columns by name, of the cells of a heading."""
-    units: dict[str, str] = {}
-    for heading in headings:
-        name, _, unit = heading.removesuffix("]").partition(" [")
-        if name in units:
-            raise ValueError(f"its heading names the column '{name[:80]}' twice")
-        if name in TEXTS and unit:
-            raise ValueError(f"its column '{name}' does not hold text without a unit")
-        if (name in NUMBERS or name.endswith(RELATIVE)) and not unit:
-            raise ValueError(f"its column '{name}' does not hold numbers with a unit")
-        units[name] = unit
-    if missing := [name for name in REQUIRED if name not in units]:
-        raise ValueError(f"it has no column '{missing[0]}'")
-    return units
 
 
 def _row(units: dict[str, str], line: int, cells: list[str]) -> Row:
@@ -184,10 +174,8 @@ def _row(units: dict[str, str], line: int, cells: list[str]) -> Row:
 
 def _uncertainty(text: str) -> dict[str, Error]:
     """Return the relative difference of the references by measure, of the text in a table."""
-    try:
+    with suppress(ValueError, AttributeError, TypeError):
         known = {name: float(e) for name, e in json.loads(text).items() if e is not None}
-    except (ValueError, AttributeError, TypeError, RecursionError):
-        known = {"": nan}
-    if not all(map(isfinite, known.values())):
-        raise ValueError("its reference uncertainty is damaged")
-    return {name: Error(None, relative) for name, relative in known.items()}
+        if all(map(isfinite, known.values())):
+            return {name: Error(None, relative) for name, relative in known.items()}
+    raise ValueError("its reference uncertainty is damaged")

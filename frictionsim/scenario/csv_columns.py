@@ -31,7 +31,7 @@ BETWEEN_BLANKS = re.compile(r'"[^"]*"|[^\s("\[]*[ \t]*[(\[][^)\]]*[)\]]\S*|\S+')
 
 
 class Row(NamedTuple):
-    """The cells of a line that is not empty, without spaces around them."""
+    """The cells of a line, up to the last one that is not empty."""
 
     path: Path
     line: int  # from 1
@@ -46,16 +46,20 @@ class Row(NamedTuple):
         """Return the cell at a place from 0; empty if there is none."""
         return self.cells[place] if 0 <= place < len(self.cells) else ""
 
-    def column(self, name: str) -> int:
-        """Return the place of a named column in a header, from 0."""
-        places = [i for i, c in enumerate(self.cells) if name in (c, heading(c).name)]
-        if len(places) > 1:
-            numbers = ", ".join(str(place + 1) for place in places)
+    def places(self, name: str) -> list[int]:
+        """Return the places of the columns with a name in a header, from 0."""
+        return [i for i, cell in enumerate(self.cells) if name in (cell, heading(cell).name)]
+
+    def place(self, name: str) -> int:
+        """Return the place of the only column with a name."""
+        place, *others = self.places(name)
+        if others:
+            numbers = ", ".join(str(i + 1) for i in (place, *others))
             raise InputError(
                 f"{self.where}: columns {numbers} are all named '{name}'; give the number of one of"
                 " them"
             )
-        return places[0]
+        return place
 
 
 class NoSuchColumn(InputError):
@@ -103,42 +107,23 @@ def read_columns(
     In those without gaps each cell must have a number. Delimiter and decimal mark are as found if
     left out; `are_all` forbids further columns.
     """
-    text = read_text(path)
-    text = COMMENT.sub(r"\1", HEADER_IN_COMMENT.sub(r"\1\2", text))
-    lines = text.split("\n")
-    filled = [line for line in lines if line.strip()]
-    if not filled:
-        raise InputError(f"'{path}' is empty")
-    in_most = (d for d in DELIMITERS if 2 * sum(d in line for line in filled) > len(filled))
-    delimiter = delimiter or next((d for d in in_most if d != decimal), " ")
-    rows = separated(text, delimiter, path)
-    names = [column for column in wanted if isinstance(column, str)]
-    header = _header(path, rows[:MAX_HEAD], names) if names else -1
-    places = {c: c - 1 if isinstance(c, int) else rows[header].column(c) for c in wanted}
-    most = max((len(row.cells) for row in rows), default=0)
-    if over := [c for c in wanted if isinstance(c, int) and c > most]:
-        raise InputError(f"'{path}' has {most} columns, and no number {over[0]}")
-    first = header + 1
-    while first < len(rows) and not any(_is_number(rows[first].cell(i)) for i in places.values()):
-        first += 1
-    if first == len(rows):
-        raise InputError(f"'{path}' has no lines of numbers")
-    if not names:  # the line above the numbers, or the one above that of units
-        above = rows[max(first - 1, 0) : first]
-        header = max(first - 1 - any(is_unit(bare(c)) for row in above for c in row.cells), 0)
-    head, rows = rows[header:first], rows[first:]
+    text = COMMENT.sub(r"\1", HEADER_IN_COMMENT.sub(r"\1\2", read_text(path)))
+    delimiter = delimiter or _delimiter(text, decimal)
+    rows = _separated(text, delimiter, path)
+    head, body, places = _parts(path, rows, wanted)
     if not decimal:  # one in all numbers: beside 1.5 the comma of 1,234 may be that of thousands
-        cells = (row.cell(place) for row in rows for place in places.values())
+        cells = (row.cell(place) for row in body for place in places.values())
         mark = next((mark for cell in cells for mark in ".," if mark in cell), ".")
         decimal = "." if delimiter == "," else mark
     columns = {c: CsvColumn([], place, *_unit(head, place)) for c, place in places.items()}
-    width = len(wanted) if are_all else len(head[0].cells) if names else 0
-    for row in rows:
-        count = max(i for i, cell in enumerate(row.cells, 1) if cell)
+    is_named = any(isinstance(column, str) for column in wanted)
+    width = len(wanted) if are_all else len(head[0].cells) if is_named else 0
+    for row in body:
+        count = len(row.cells)
         if width and (count > width or (are_all and count < width)):
             hint = "; with decimal commas another delimiter is needed" * (delimiter == ",")
             hint = "; of several columns, choose by name or number" if are_all else hint
-            found = lines[row.line - 1].strip()[:MAX_TEXT]
+            found = delimiter.join(row.cells)[:MAX_TEXT]
             raise InputError(f"{row.where}: expected {width} cells, got {count}: '{found}'{hint}")
         for column, (values, place, *_) in columns.items():
             cell = row.cell(place)
@@ -149,13 +134,40 @@ def read_columns(
                 values.append(nan)
             else:
                 name = f" ('{column}')" * isinstance(column, str)
-                hint = f"; the decimal mark is '{decimal}' here: give decimal if not"
-                mark = hint if re.search("[.,]", cell) else ""
                 raise InputError(
                     f"{row.where}: expected a finite number in column {place + 1}{name}, got"
-                    f" '{cell[:MAX_TEXT]}'{mark}"
+                    f" '{cell[:MAX_TEXT]}'"
                 )
-    return columns, [row.line for row in rows]
+    return columns, [row.line for row in body]
+
+
+def _delimiter(text: str, decimal: str | None) -> str:
+    lines = [line for line in text.split("\n") if line.strip()]
+    in_most = (d for d in DELIMITERS if 2 * sum(d in line for line in lines) > len(lines))
+    return next((d for d in in_most if d != decimal), " ")
+
+
+def _parts(
+    path: Path, rows: list[Row], wanted: Sequence[ColumnKey]
+) -> tuple[list[Row], list[Row], dict[ColumnKey, int]]:
+    """Return the rows of the header, those of numbers, and the places of the columns."""
+    if not rows:
+        raise InputError(f"'{path}' is empty")
+    names = [column for column in wanted if isinstance(column, str)]
+    header = _header(path, rows[:MAX_HEAD], names) if names else -1
+    places = {c: c - 1 if isinstance(c, int) else rows[header].place(c) for c in wanted}
+    most = max(len(row.cells) for row in rows)
+    if over := [column for column, place in places.items() if place >= most]:
+        raise InputError(f"'{path}' has {most} columns, and no number {over[0]}")
+    first = header + 1
+    while first < len(rows) and not any(_is_number(rows[first].cell(i)) for i in places.values()):
+        first += 1
+    if first == len(rows):
+        raise InputError(f"'{path}' has no lines of numbers")
+    if not names:  # the line above the numbers, or the one above that of units
+        above = rows[max(first - 1, 0) : first]
+        header = max(first - 1 - any(is_unit(bare(c)) for row in above for c in row.cells), 0)
+    return rows[header:first], rows[first:], places
 
 
 def _number(cell: str, mark: str) -> float | None:
@@ -190,41 +202,46 @@ def read_text(path: Path) -> str:
     return text
 
 
-def separated(text: str, delimiter: str, path: Path) -> list[Row]:
-    """Return the rows of a text without comments."""
+def _separated(text: str, delimiter: str, path: Path) -> list[Row]:
+    """Return the rows of a text without comments that are not empty."""
     if delimiter == " ":  # of which there may be several, and tabs
-        lines = enumerate(map(BETWEEN_BLANKS.findall, text.split("\n")), 1)
-        return [Row(path, n, [cell.strip(' "') for cell in cells]) for n, cells in lines if cells]
-    reader = csv.reader(StringIO(text), delimiter=delimiter, strict=True, skipinitialspace=True)
-    rows, line = [], 1
-    try:
-        for cells in reader:
-            if any(map(str.strip, cells)):
-                rows.append(Row(path, line, [cell.strip() for cell in cells]))
-            line = reader.line_num + 1
-    except csv.Error as error:
-        raise InputError(f"line {line} of '{path}': not valid CSV: {error}") from None
+        lines = text.split("\n")
+        table = [(n, BETWEEN_BLANKS.findall(line)) for n, line in enumerate(lines, 1)]
+    else:
+        reader = csv.reader(StringIO(text), delimiter=delimiter, strict=True, skipinitialspace=True)
+        table, line = [], 1
+        try:
+            for cells in reader:
+                table.append((line, cells))
+                line = reader.line_num + 1
+        except csv.Error as error:
+            raise InputError(f"line {line} of '{path}': not valid CSV: {error}") from None
+    rows = []
+    for number, cells in table:
+        cells = [cell.strip(' "' if delimiter == " " else None) for cell in cells]
+        while cells and not cells[-1]:
+            cells.pop()
+        if cells:
+            rows.append(Row(path, number, cells))
     return rows
 
 
 def _header(path: Path, rows: list[Row], names: list[str]) -> int:
     """Return the number of the first row that has all names."""
-    likely, known = Row(path, 0, []), list[str]()
     for number, row in enumerate(rows):
-        bare_names = [heading(cell).name for cell in row.cells]
-        if {*row.cells, *bare_names}.issuperset(names):
+        if all(row.places(name) for name in names):
             return number
-        named = sum(map(bool, row.cells))  # above it may stand a title, with empty cells behind
-        if named > sum(map(bool, known)) and not any(map(_is_number, row.cells)):
-            likely, known = row, bare_names
-    if not known:
+    texts = [row for row in rows if not any(map(_is_number, row.cells))]
+    if not texts:
         raise NoSuchColumn(
             f"'{path}' has no line with the names of its columns; give the number of"
             f" '{names[0]}', from 1"
         )
-    missing = next(name for name in names if name not in (*likely.cells, *known))
-    fault = unknown("column", missing, [name[:MAX_TEXT] for name in known if name][:MAX_NAMES])
-    raise NoSuchColumn(f"{likely.where}: {fault}")
+    # Above it may stand a title, with empty cells behind.
+    likely = max(texts, key=lambda row: sum(map(bool, row.cells)))
+    missing = next(name for name in names if not likely.places(name))
+    known = [heading(cell).name[:MAX_TEXT] for cell in likely.cells if cell]
+    raise NoSuchColumn(f"{likely.where}: {unknown('column', missing, known[:MAX_NAMES])}")
 
 
 def _unit(head: list[Row], place: int) -> tuple[str, str, bool]:

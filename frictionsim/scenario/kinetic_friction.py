@@ -30,11 +30,11 @@ MAX_POWER, MAX_EXPONENT = 7.0, 700.0  # exp(-exp(7)) is 0, exp(700) a number
 FAR = 3.4  # exp(-exp(3.4)) is 1e-13: slower than that, a Stribeck curve differs from its limit
 ROUNDING = 1e-12  # of a speed at a corner, relative
 
-
 FORMS_OF_FRICTION = "{speed = [...], value = [...]} or {stribeck = {...}}"
 # Parts of the location of a validation error which are no keys: tags of the forms.
 NUMBER = "<kinetic number>"
 KINETIC_TAGS: dict[str, type[Params]] = {}
+NOT_NEGATIVE: Any = Annotated[float, Field(ge=0)]
 NO_FRICTION = "no_kinetic_friction"  # its message is in `validation`
 
 
@@ -117,10 +117,6 @@ class KineticPoints(KineticCurve, PointsTable):
     value: tuple[float, ...]
 
 
-class StribeckParameters(Params):
-    """Parameters of a Stribeck curve."""
-
-
 class StribeckCurve(KineticCurve):
     """`{stribeck = {...}}`, of whose three keys the first one is friction at high speed."""
 
@@ -159,30 +155,35 @@ def check_kinetic_friction(
     check_kinetic(name, value, static_name, static, *where)
 
 
-def _forms(of: str, unit: str, fast: str, speed_unit: str) -> Any:
-    """Return the type of a key: a number, points or a Stribeck curve, with its units."""
-    numbers: dict[str, Any] = {"min_length": 1, "strict": False}
-    number: Any = Annotated[float, Field(ge=0)]
-    rising = unit_field(speed_unit, "Speeds, increasing.", **numbers)
-    value = unit_field(unit, "Values at these speeds; constant before and after.", **numbers)
+def _models(of: str, unit: str, fast: str, speed_unit: str) -> tuple[Any, Any, Any]:
+    """Return the models of points, of a Stribeck curve and of its parameters, with their units."""
+    several: dict[str, Any] = {"min_length": 1, "strict": False}
+    numbers: Any = tuple[NOT_NEGATIVE, ...]
+    words = "Values at these speeds; constant before and after."
+    columns: dict[str, Any] = {
+        "speed": (numbers, unit_field(speed_unit, "Speeds, increasing.", **several)),
+        "value": (numbers, unit_field(unit, words, **several)),
+    }
     keys: dict[str, Any] = {
         fast: (float, unit_field(unit, "Value at high speed.", ge=0)),
         "speed": (float, unit_field(speed_unit, "Speed over which it falls.", gt=0)),
         "exponent": (float, unit_field("1", "Exponent of the speed.", gt=0)),
     }
 
-    def model(name: str, base: type[Params], **fields: Any) -> Any:
-        options: Any = {"__base__": base, "__module__": __name__, "__doc__": base.__doc__}
+    def model(name: str, base: type[Params], words: str | None, **fields: Any) -> Any:
+        options: Any = {"__base__": base, "__module__": __name__, "__doc__": words}
         return create_model(of + name, **options, **fields)
 
-    many: Any = tuple[number, ...]
-    points = model("Points", KineticPoints, speed=(many, rising), value=(many, value))
-    inner = model("StribeckParameters", StribeckParameters, **keys)
-    stribeck = model("Stribeck", StribeckCurve, stribeck=(inner, ...))
-    # Where pickles, of runs that are handed to other processes, look for them.
-    globals().update({each.__name__: each for each in (points, inner, stribeck)})
-    tags = f"<{of} speed>", f"<{of} stribeck>"
-    KINETIC_TAGS.update(zip(tags, (points, stribeck), strict=True))
+    points = model("Points", KineticPoints, KineticPoints.__doc__, **columns)
+    inner = model("StribeckParameters", Params, "Parameters of a Stribeck curve.", **keys)
+    curve = model("Stribeck", StribeckCurve, StribeckCurve.__doc__, stribeck=(inner, ...))
+    return points, curve, inner
+
+
+def _forms(points: type[Params], curve: type[Params]) -> Any:
+    """Return the type of a key: a number, points or a Stribeck curve."""
+    tags = f"<{points.__name__}>", f"<{curve.__name__}>"
+    KINETIC_TAGS.update(zip(tags, (points, curve), strict=True))
 
     def form(given: Any) -> str | None:
         if not isinstance(given, dict | KineticCurve):
@@ -193,18 +194,27 @@ def _forms(of: str, unit: str, fast: str, speed_unit: str) -> Any:
 
     by_form = Discriminator(form, custom_error_type=NO_FRICTION, custom_error_message="no friction")
     return Annotated[
-        Annotated[number, Tag(NUMBER)]
+        Annotated[NOT_NEGATIVE, Tag(NUMBER)]
         | Annotated[points, Tag(tags[0])]
-        | Annotated[stribeck, Tag(tags[1])],
+        | Annotated[curve, Tag(tags[1])],
         by_form,
     ]
 
+
+# Pickles, of runs that are handed to other processes, find the models by these names.
+CoefficientPoints, CoefficientStribeck, CoefficientStribeckParameters = _models(
+    "Coefficient", "1", "mu_c", "m/s"
+)
+CouplePoints, CoupleStribeck, CoupleStribeckParameters = _models(
+    "Couple", "N m", "torque_c", "rad/s"
+)
+ArmPoints, ArmStribeck, ArmStribeckParameters = _models("Arm", "m", "arm_c", "rad/s")
 
 if TYPE_CHECKING:
     KineticCoefficient = float | KineticCurve
     KineticCouple = float | KineticCurve
     KineticArm = float | KineticCurve
 else:
-    KineticCoefficient = _forms("Coefficient", "1", "mu_c", "m/s")
-    KineticCouple = _forms("Couple", "N m", "torque_c", "rad/s")
-    KineticArm = _forms("Arm", "m", "arm_c", "rad/s")
+    KineticCoefficient = _forms(CoefficientPoints, CoefficientStribeck)
+    KineticCouple = _forms(CouplePoints, CoupleStribeck)
+    KineticArm = _forms(ArmPoints, ArmStribeck)

@@ -11,15 +11,13 @@ from frictionsim.results import Channel
 from frictionsim.scenario import methods
 from frictionsim.scenario.origin import STDIN as STDIN
 from frictionsim.scenario.origin import Origin as Origin
+from frictionsim.scenario.plausibility import MAX_SAMPLES, warnings_of
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 
 if TYPE_CHECKING:
     from frictionsim.scenario.overrides import Overrides
 
-# More do not fit into the memory of an ordinary machine.
-MAX_SAMPLES = 10_000_000
 DEFAULT_SAMPLES = 500
-LONG = 1000.0  # times as long as the drive changes
 
 
 class SolverSettings(Params):
@@ -206,32 +204,7 @@ class Scenario(Params):
 
     def warnings(self) -> list[str]:
         """Return warnings about a valid scenario whose results may mislead."""
-        from frictionsim.scenario.plausibility import questions
-        from frictionsim.scenario.signal_tables import last_change, period_of, shorter, too_long
-
-        interval, duration = self.interval, self.solver.duration
-        warnings = list(questions(self))
-        changes = max(map(last_change, self.signals.values()), default=0.0)
-        if 0.0 < LONG * changes < duration:
-            warnings.append(
-                f"solver.duration = {duration:g} s is more than {LONG:g} times as long as the drive"
-                f" changes, {changes:g} s: is it meant in seconds?"
-            )
-        if interval > duration:
-            warnings.append(
-                f"output.interval = {interval} s is longer than the run: only its start and end"
-                " are sampled"
-            )
-            return warnings
-        for name, signal in self.signals.items():
-            period = period_of(signal, duration)
-            if period is not None and too_long(interval, period):
-                warnings.append(
-                    f"output.interval = {interval:g} s is longer than a tenth of the period of"
-                    f" {name}, {period:.6g} s: the samples do not resolve it;"
-                    f" {shorter(period, duration, MAX_SAMPLES)}"
-                )
-        return warnings
+        return warnings_of(self)
 
     @field_validator("title")
     @classmethod

@@ -1,11 +1,10 @@
-"""The forms of a signal in a scenario, and their periods and extreme values.
+"""The forms of a signal in a scenario, and their extreme values.
 
 A signal is a number, points, a sine, a smooth step, or points from a CSV file.
 """
 
-from collections.abc import Iterator
 from itertools import pairwise
-from math import floor, fmod, inf, log10, pi, radians
+from math import fmod, inf, pi, radians
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
@@ -26,10 +25,6 @@ from frictionsim.scenario.arguments import ColumnKey
 from frictionsim.scenario.model_fields import unit_of
 from frictionsim.scenario.schema import Params, inconsistent, unit_field, unit_of_key
 from frictionsim.scenario.signals import Constant, CubicPiece, Harmonic, Signal, linear, sum_of
-
-# Number of samples that resolve a period.
-SAMPLES_PER_PERIOD = 10
-ROUNDING = 1e-9  # tolerance for an interval of exactly a tenth
 
 
 class PointsTable(Params):
@@ -326,24 +321,6 @@ def signal_and_curve(given: Any) -> tuple[Signal, Signal | None]:
     return signal_from(over_time), sum_of(curves) if curves else None
 
 
-def period_of(signal: Any, end: float) -> float | None:
-    """Return the shortest period of a signal before a time `end`, s; None if it has none.
-
-    The period of a table of points is twice the shortest time between two extrema, or the duration
-    of the shortest pulse: from the start of its rise to the end of its fall. A signal may be a
-    tuple of signals, which add.
-    """
-    periods: list[float] = []
-    for term in signal if isinstance(signal, tuple) else (signal,):
-        if isinstance(term, SineTable) and term.sine.amplitude:
-            periods.append(1.0 / term.sine.frequency_hz)
-        elif isinstance(term, PiecewiseLinearTable):
-            extrema = [(time, pulse) for time, pulse in _extrema(term) if 0.0 < time < end]
-            periods += [pulse for _, pulse in extrema]
-            periods += [2.0 * (after - before) for (before, _), (after, _) in pairwise(extrema)]
-    return min(periods, default=None)
-
-
 def last_change(signal: Any) -> float:
     """Return the time after which a signal is constant, s; inf of a sine, 0 of one of motion."""
     if isinstance(signal, tuple):
@@ -358,19 +335,6 @@ def held_value(signal: Any, end: float) -> float | None:
     if signal is None or any(isinstance(term, SpeedTable | AngleTable) for term in terms):
         return None
     return sum(signal_from(term)(end) for term in terms) if last_change(signal) < end else None
-
-
-def _extrema(table: PiecewiseLinearTable) -> Iterator[tuple[float, float]]:
-    """Yield time and duration of each pulse, s; the time of a plateau is its middle."""
-    slopes: list[tuple[bool, float, float]] = []  # whether it rises, from when to when
-    for (t0, v0), (t1, v1) in pairwise(zip(table.time, table.value, strict=True)):
-        if slopes and slopes[-1][0] == (v1 > v0) and slopes[-1][2] == t0 and v1 != v0:
-            slopes[-1] = (v1 > v0, slopes[-1][1], t1)
-        elif v1 != v0:
-            slopes.append((v1 > v0, t0, t1))
-    for (rose, began, top), (rises, end_of_top, ended) in pairwise(slopes):
-        if rose != rises:
-            yield 0.5 * (top + end_of_top), ended - began
 
 
 def extremes(signal: Any, end: float) -> tuple[float, float]:
@@ -389,18 +353,3 @@ def extremes(signal: Any, end: float) -> tuple[float, float]:
     if over_speed is not None:
         others = [over_speed(s * w) for w in (0.0, *over_speed.corners()) for s in (-1.0, 1.0)]
     return min(values) + min(others), max(values) + max(others)
-
-
-def too_long(interval: float, period: float) -> bool:
-    """Return whether a sampling interval, s, is too long to resolve a period, s."""
-    return interval * SAMPLES_PER_PERIOD > period * (1.0 + ROUNDING)
-
-
-def shorter(period: float, duration: float, max_samples: int) -> str:
-    """Return the advice on the sampling interval in a warning: two digits that resolve a period."""
-    interval = period / SAMPLES_PER_PERIOD
-    unit = 10.0 ** (floor(log10(interval)) - 1)
-    digits = floor(interval / unit * (1.0 + ROUNDING))
-    if duration / (digits * unit) <= max_samples:
-        return f"give {float(f'{digits}e{round(log10(unit))}'):g} s or less"
-    return f"a sufficient interval needs more than {max_samples} samples; shorten the run"

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.results import STICK
-from frictionsim.scenario.settings import MAX_SAMPLES
-from frictionsim.scenario.signal_tables import SAMPLES_PER_PERIOD, shorter, too_long
+from frictionsim.scenario.plausibility import SAMPLES_PER_PERIOD, unresolved
 from frictionsim.simulation.averages import time_mean
 from frictionsim.solvers.events import STOP
 from frictionsim.solvers.system import MARGINS
@@ -41,13 +40,10 @@ def hidden_stick_slip(
     apart = SAME_EVENT_ULPS * ulp(duration)
     between = (b.time - a.time for a, b in pairwise(changes) if STOP not in (a.contact, b.contact))
     shortest = min((time for time in between if time > apart), default=None)
-    if shortest is None or not too_long(interval, shortest):
+    if shortest is None:
         return []
-    return [
-        f"output.interval = {interval:g} s is longer than a tenth of the shortest time between"
-        f" two changes of stick and slip, {shortest:.6g} s: the samples do not resolve the motion"
-        f" between them; {shorter(shortest, duration, MAX_SAMPLES)}"
-    ]
+    of = f"the shortest time between two changes of stick and slip, {shortest:.6g} s"
+    return unresolved(interval, shortest, duration, of, "the motion between them")
 
 
 def tiny_motion(position: "Array", velocity: "Array", atol: float) -> list[str]:
@@ -82,13 +78,8 @@ def hidden_turns(
     if interval * fastest == 0.0:
         return []
     turn = 2.0 * pi / fastest
-    if not too_long(interval, turn):
-        return []
-    return [
-        f"output.interval = {interval:g} s is longer than a tenth of a turn, which takes"
-        f" {turn:.3g} s at the largest speed: the samples do not resolve what depends on the angle;"
-        f" {shorter(turn, duration, MAX_SAMPLES)}"
-    ]
+    of = f"a turn, which takes {turn:.3g} s at the largest speed"
+    return unresolved(interval, turn, duration, of, "what depends on the angle")
 
 
 def against_drive(time: "Array", torque: "Array", position: "Array") -> str:

