@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.errors import SolverError
+from frictionsim.errors import SolverError, WorkerDied
 from frictionsim.fits.problem import FitProblem, Model, bisected
 from frictionsim.sweeps.workers import available_cores, process_pool
 
@@ -279,17 +279,16 @@ def minima(searches: Sequence[Search]) -> list[Minimum]:
     parts = [searches[first : first + size] for first in range(0, len(searches), size)]
     with process_pool(workers) as pool:
         try:
-            futures = [pool.submit(_alone, part) for part in parts]
-            waiting = {*futures}
-            while waiting:
-                done, waiting = wait(waiting, SECONDS_BETWEEN_TICKS, FIRST_COMPLETED)
-                runs = sum(number for future in done for _, number, _ in future.result())
-                if workers > 1:
-                    problem.on_runs(runs)
-                pool.watch()
-        except pool.deaths as error:
-            pool.current_runs()  # which raises an error if no process could be started
-            raise SolverError(f"{pool.death(error)}; nothing of the fit is kept") from None
+            with pool.deaths_told():
+                futures = [pool.submit(_alone, part) for part in parts]
+                waiting = {*futures}
+                while waiting:
+                    done, waiting = wait(waiting, SECONDS_BETWEEN_TICKS, FIRST_COMPLETED)
+                    runs = sum(number for future in done for _, number, _ in future.result())
+                    if workers > 1:
+                        problem.on_runs(runs)
+        except WorkerDied as died:
+            raise SolverError(f"{died}; nothing of the fit is kept") from None
     for future in futures:
         for minimum, number, models in future.result():
             ends.append(minimum)

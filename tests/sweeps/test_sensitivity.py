@@ -3,7 +3,6 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-import pytest
 from scipy import stats
 
 import frictionsim as fs
@@ -79,33 +78,6 @@ def test_the_indices_of_ishigami() -> None:
         assert (np.ptp(interval, axis=1) < 0.25).all()
 
 
-@pytest.mark.slow  # 17 pictures
-@pytest.mark.parametrize(("method", "least", "most"), [("random", 0.8, 1.3), ("sobol", 1.3, 2.5)])
-def test_intervals_are_those_of_independent_rows(method: str, least: float, most: float) -> None:
-    first, total = indices_of_ishigami()
-    known = np.concatenate((first, total))
-    estimates, widths, holds = [], [], []
-    names = [f"f{seed}" for seed in range(100)]
-    samples = {
-        name: sample_of(CUBE, {"f": ishigami}, Sampling(256, method, seed, indices=True))
-        for seed, name in enumerate(names)
-    }
-    # One quantity a seed; a picture shows six.
-    values = {name: table.values["f"] for name, table in samples.items()}
-    table = samples["f0"]._replace(values=values, units=dict.fromkeys(values, "1"))
-    for estimate in (e for i in range(0, 100, 6) for e in drawn_indices(table, names[i : i + 6])):
-        low, high = np.concatenate((estimate.first_interval, estimate.total_interval)).T
-        estimates.append(np.concatenate((estimate.first, estimate.total)))
-        widths.append(high - low)
-        holds.append((low <= known) & (known <= high))
-    # 95 of 100, within four standard deviations of that number; skewed total indices a bit less.
-    assert (np.mean(holds, axis=0) >= 0.86).all()
-    # The scatter from 100 seeds has an error of 7 %.
-    ratio = np.mean(widths, axis=0) / (2.0 * 1.96 * np.std(estimates, axis=0))
-    assert (ratio > least).all()
-    assert (ratio < most).all()
-
-
 def test_intervals_agree_with_those_of_scipy() -> None:
     table = sample_of(CUBE, {"f": ishigami}, Sampling(256, indices=True))
     values = table.values["f"]
@@ -165,18 +137,8 @@ def test_rows_with_a_run_that_failed_are_left_out() -> None:
     np.testing.assert_allclose(estimate.total, 0.5 * ((a - mixed) ** 2).mean(axis=1) / variance)
 
 
-def test_too_few_rows_give_no_indices() -> None:
-    estimate = indices(CUBE, ishigami, Sampling(8, indices=True))
-    assert "8 of 8 rows of the sample, which are fewer than 16" in estimate.basis
-
-
 def test_one_key_causes_all_of_the_variance() -> None:
     sweep = fs.sweep(PULLEY, {LOAD: "uniform(1900, 2100)"}, LOOSE, sample=32, indices=True)
     told = sweep.to_json()["sobol_indices"]["final_angle"]
     assert told["basis"] == "only one key is varied"
     assert (told["keys"][LOAD]["first"], told["keys"][LOAD]["total"]) == (1.0, 1.0)
-
-
-def test_the_same_sample_gives_the_same_intervals() -> None:
-    estimates = [indices(CUBE, ishigami, Sampling(64, indices=True)) for _ in range(2)]
-    np.testing.assert_array_equal(estimates[0].total_interval, estimates[1].total_interval)

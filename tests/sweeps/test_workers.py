@@ -92,16 +92,13 @@ def test_a_killed_worker_ends_the_sweep_which_goes_on(dying: Path, tmp_path: Pat
     with pytest.raises(fs.SolverError) as died:
         fs.sweep(SCENARIO, ANGLES, output=spread, workers=2)
     assert died.value.exit_code == 5
-    said = str(died.value)
-    assert said.startswith("a worker process was killed, perhaps for lack of memory; in progress: ")
-    assert f"run 17 ({ANGLE}=17)" in said
     done = int((fs.open_sweep(part).table.status == 1).sum())
     assert 0 < done < 40
-    assert said.endswith(
-        f"sweep interrupted: {done} of 40 runs are saved in {part}; 'frictionsim resume {part}'"
-        " continues the sweep"
+    assert str(died.value) == (
+        "a worker process was killed, perhaps for lack of memory. sweep interrupted:"
+        f" {done} of 40 runs are saved in {part}; 'frictionsim resume {part}' continues the sweep"
     )
-    with pytest.raises(fs.SolverError, match=rf"run 17 \({ANGLE}=17\)"):
+    with pytest.raises(fs.SolverError, match="a worker process was killed"):
         fs.resume_sweep(part, workers=2)
     fs.resume_sweep(part, workers=2)
     assert dying.read_text() == ""
@@ -143,14 +140,6 @@ def test_the_first_invalid_combination_is_named_before_any_run() -> None:
     with pytest.raises(fs.InputError, match=r"vary: mechanism.load=-1.0 is not valid"):
         fs.sweep(PULLEY, {LOAD: loads}, workers=2, progress=lambda step: done.append(step.done))
     assert set(done) == {0}
-
-
-def test_an_error_of_the_progress_function_is_not_swallowed() -> None:
-    def broken(progress: Any) -> None:
-        raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        fs.sweep(PULLEY, {LOAD: "lin(2000, 2400, 400)"}, LOOSE, workers=2, progress=broken)
 
 
 def test_workers_use_one_thread_of_linear_algebra_and_ignore_ctrl_c(tmp_path: Path) -> None:
