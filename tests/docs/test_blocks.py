@@ -188,10 +188,3 @@ def merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
         )
         both[key] = joined
     return both
-
-
-def test_a_skipped_block_says_why() -> None:
-    for page in PAGES:
-        for block in blocks(page):
-            if block.mark.startswith("not run"):
-                assert len(block.mark) > len("not run: ") + 5, block.place
