@@ -16,7 +16,7 @@ from frictionsim.plots.style import add_legend, line_look, save
 from frictionsim.results import Record
 from frictionsim.scenario.loading import load
 from frictionsim.simulation.simulate import run
-from tests.benchmarks.results_belts import mesh, paper, seat, wrap
+from tests.benchmarks.results_belts import paper, seat, wrap
 from tests.benchmarks.results_common import (
     RESULTS,
     SCENARIOS,
@@ -194,7 +194,6 @@ PARTS: dict[str, Callable[[], None]] = {
     "pictures": pictures,
     "pulley": pulley,
     "cost": cost,
-    "mesh": mesh,
     "paper": paper,
     "wrap": wrap,
     "seat": seat,
