@@ -1,9 +1,6 @@
 """Studies of meshes: models and numbers of bodies of a belt against the limit of fine meshes."""
 
-import csv
-import json
 import random
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -146,34 +143,6 @@ def test_meshes_that_are_too_fine_say_the_way_out() -> None:
     said = str(caught.value)
     assert said.startswith("no mesh is fine enough to judge by: moreau, set-valued, corrected")
     assert said.endswith("compare fewer bodies or allow each run more wall time")
-
-
-def costs(told: Callable[..., tuple[str, str]], *options: str) -> Any:
-    overrides = {**WIDE, "mechanism.belt.bodies": 24}.items()
-    changed = [text for key, value in overrides for text in ("--set", f"{key}={value}")]
-    chosen = ("--backends", "moreau", "--laws", "set-valued", "--repeats", "1", "--max-wall", "60")
-    return json.loads(told("cost", BELT, *changed, *chosen, "--json", *options)[0])
-
-
-@pytest.mark.slow
-def test_the_command_writes_models_and_bodies(told: Callable[..., tuple[str, str]]) -> None:
-    files = ("--csv", "a.csv", "--plot", "a.svg")
-    document = costs(told, "--bodies", "24,36", "--models", "corrected,polygon", *files)
-    rows = document["settings"]
-    assert [(s["model"], s["bodies"]) for s in rows] == [
-        *[("corrected", 24)] * 3,
-        *[("corrected", 36), ("polygon", 24), ("polygon", 36)],
-    ]
-    mesh = ["mechanism.belt.bodies=24", "mechanism.belt.wrap=polygon"]
-    assert rows[4]["overrides"][:2] == mesh
-    assert [s["time_error"] is None for s in rows] == [False] * 3 + [True] * 3
-    assert document["time_references"][0] == "rkf45, set-valued, corrected, 24 bodies, rtol 1e-9"
-    assert [advice["wanted"] for advice in document["recommendations"]] == [1e-2, 1e-3, 1e-4]
-    with Path("a.csv").open(encoding="utf-8") as file:
-        lines = list(csv.DictReader(file))
-    assert [line["bodies [1]"] for line in lines[2:4]] == ["24.0", "36.0"]
-    assert [float(line["error [1]"]) for line in lines] == [s["error"] for s in rows]
-    assert ">moreau, polygon</text>" in Path("a.svg").read_text(encoding="utf-8")
 
 
 def test_a_line_of_a_model_has_the_longest_step_of_each_mesh(tmp_path: Path) -> None:
