@@ -14,39 +14,24 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 DOCS = Path(__file__).parents[1]
 PICTURES = DOCS / "pictures"
 SCENARIOS = DOCS.parent / "scenarios"
-VIEW_OF = "frictionsim plot results/{name}.h5 --view {view}"
+VIEW_OF = "plot results/{}.h5 --view"
 FRICTION = "effects.shaft_friction."
 
 
 class Picture(NamedTuple):
-    """A picture of the gallery.
+    """A picture of the gallery."""
 
-    Attributes
-    ----------
-    file : str
-        In `docs/pictures`.
-    title : str
-    commands : tuple of str
-        The last one writes the picture, or the report that is shown; `-o` is added to it.
-    scheme : str
-        Of a screenshot of a report `light` or `dark`; else empty.
-    place : str
-        The element that a screenshot begins with, as a CSS selector; empty for the top.
-    time : float or None
-        Of the clock of a report in s.
-    """
-
-    file: str
+    file: str  # in `docs/pictures`
     title: str
-    commands: tuple[str, ...]
-    scheme: str = ""
-    place: str = ""
-    time: float | None = None
+    commands: tuple[str, ...]  # the last writes the picture, or the report shown; `-o` is added
+    scheme: str = ""  # of a screenshot of a report `light` or `dark`
+    place: str = ""  # CSS selector of what a screenshot begins with; empty for the top
+    time: float | None = None  # of the clock of a report, s
 
     @property
     def shown(self) -> tuple[str, ...]:
@@ -125,41 +110,37 @@ MORE_VIEWS = {
 DRAWN = VIEWS | {name: (name, views) for name, (_, views) in MORE_VIEWS.items()}
 
 
+def solved(file: str, title: str, name: str, then: str, *screen: Any, more: str = "") -> Picture:
+    """Return the picture of the result of a scenario, by a command in which {} is its name."""
+    commands = f"frictionsim solve scenarios/{name}.toml{more}", f"frictionsim {then.format(name)}"
+    return Picture(file, title, commands, *screen)
+
+
 def of_views() -> list[Picture]:
     """Return the pictures of all views of all kinds, and of further scenarios."""
-    return [
-        Picture(
-            f"{kind}_{view}.png",
-            title,
-            (
-                f"frictionsim solve scenarios/{own}.toml{more}",
-                VIEW_OF.format(name=own, view=view)
-                + (f" {OPTIONS[view]}" if view in OPTIONS else ""),
-            ),
-        )
-        for kind, (name, views) in DRAWN.items()
-        for view, title in views.items()
-        for own, more in [OF_ANOTHER.get(view, (name, ""))]
-    ]
+    pictures = []
+    for kind, (name, views) in DRAWN.items():
+        for view, title in views.items():
+            own, more = OF_ANOTHER.get(view, (name, ""))
+            then = f"{VIEW_OF} {view} {OPTIONS.get(view, '')}".rstrip()
+            pictures.append(solved(f"{kind}_{view}.png", title, own, then, more=more))
+    return pictures
 
 
-def _sweep(name: str, *options: str) -> str:
-    return f"frictionsim sweep scenarios/pulley.toml {' '.join(options)} -o results/{name}.h5"
+def reported(name: str, title: str, of: str, time: float) -> Picture:
+    """Return the screenshot of the viewer in the report of a result, at a time of its clock."""
+    file, then = f"report_{name}.png", "report results/{}.h5"
+    return solved(file, f"the report of {title}", of, then, "light", "#viewer", time)
 
 
-CURVES = _sweep("curves", f"--vary '{FRICTION}mu_s=lin(0.1, 0.4, 13)'")
-MAP = _sweep(
-    "map",
-    f"--vary '{FRICTION}mu_s=lin(0.1, 0.4, 13)'",
-    "--vary 'mechanism.load=lin(1800, 2600, 9)'",
-)
-SAMPLE = _sweep(
-    "sample",
-    f"--vary '{FRICTION}mu_s=uniform(0.2, 0.3)'",
-    "--vary 'mechanism.load=normal(2200, 50)'",
-    "--sample 64 --indices",
-)
-COST = "frictionsim cost scenarios/pulley.toml"
+def swept(name: str, view: str, *options: str) -> tuple[str, ...]:
+    """Return the commands that sweep the pulley and draw a view."""
+    target = f"results/{name}.h5"
+    sweep = f"frictionsim sweep scenarios/pulley.toml {' '.join(options)} -o {target}"
+    return sweep, f"frictionsim plot {target} --view {view}"
+
+
+VARY = f"--vary '{FRICTION}mu_s=lin(0.1, 0.4, 13)'"
 MADE = (
     f"frictionsim solve scenarios/pulley.toml --set {FRICTION}mu_s=0.23 --set {FRICTION}mu_k=0.12"
     f" --set {FRICTION}law=regularised --set {FRICTION}transition_speed=0.5 --backend lsoda"
@@ -173,95 +154,95 @@ BOTH = (
     "frictionsim solve scenarios/pulley.toml",
     "frictionsim solve scenarios/pulley.toml --set mechanism.load=2300 -o results/heavy.h5",
 )
+HOIST = ("frictionsim new pulley hoist.toml", "frictionsim solve hoist.toml")
+HOISTS = (
+    "frictionsim sweep hoist.toml --vary 'mechanism.load=lin(1800, 2600, 9)'"
+    f" --vary '{FRICTION}mu_s=lin(0.1, 0.4, 7)' -o results/hoist_sweep.h5"
+)
+OF_RUN = (*HOIST, "frictionsim report results/hoist.h5")
+OF_SWEEP = (*HOIST, HOISTS, "frictionsim report results/hoist_sweep.h5")
+OF_COST = ("frictionsim cost hoist.toml --csv hoist_cost.csv", "frictionsim report hoist_cost.csv")
+OF_COST = (*HOIST, *OF_COST)
+MAP = swept("map", "breakaway_time", VARY, "--vary 'mechanism.load=lin(1800, 2600, 9)'")
+SAMPLE = swept(
+    "sample",
+    "breakaway_time",
+    f"--vary '{FRICTION}mu_s=uniform(0.2, 0.3)'",
+    "--vary 'mechanism.load=normal(2200, 50)'",
+    "--sample 64 --indices",
+)
 OTHERS = [
     Picture(
         "overlay.png",
         "two results over each other",
         (*BOTH, "frictionsim plot results/pulley.h5 results/heavy.h5"),
     ),
-    Picture(
+    solved(
         "epicyclic.gif",
         "an epicyclic gear in motion",
-        (
-            "frictionsim solve scenarios/epicyclic.toml",
-            "frictionsim plot results/epicyclic.h5 --fps 8",
-        ),
+        *("epicyclic", "plot results/{}.h5 --fps 8"),
     ),
     Picture(
         "sweep_curves.png",
         "a sweep over one key",
-        (CURVES, "frictionsim plot results/curves.h5 --view force_to_lift,force_to_hold"),
+        swept("curves", "force_to_lift,force_to_hold", VARY),
     ),
-    Picture(
-        "sweep_map.png",
-        "a sweep over two keys",
-        (MAP, "frictionsim plot results/map.h5 --view breakaway_time"),
-    ),
-    Picture(
-        "sweep_sample.png",
-        "a sample: histogram and Sobol indices",
-        (SAMPLE, "frictionsim plot results/sample.h5 --view breakaway_time"),
-    ),
-    Picture("cost.png", "what accuracy costs in time", (COST,)),
+    Picture("sweep_map.png", "a sweep over two keys", MAP),
+    Picture("sweep_sample.png", "a sample: histogram and Sobol indices", SAMPLE),
+    Picture("cost.png", "what accuracy costs in time", ("frictionsim cost scenarios/pulley.toml",)),
     Picture(
         "fit.png",
         "a fit to measured data",
         (MADE, "frictionsim show results/measured.h5 --csv > measured.csv", FIT),
     ),
-]
-# Further scenarios of a kind, in its group.
-FURTHER = [
     Picture(
-        "pulley_cases.png",
-        "the five cases of the pulley's paper, and the radius c against that of static friction",
-        (
-            "frictionsim solve scenarios/pulley_cases.toml",
-            "frictionsim plot results/pulley_cases.h5"
-            " --channels drive_force,lever_arm,case,angular_velocity",
-        ),
+        "hoist.png", "a hoist that lifts its load", (*HOIST, "frictionsim plot results/hoist.h5")
     ),
     Picture(
-        "shaft_hoist_drum.png",
-        "a hoist drum with an eccentric mass: couples as curved arrows",
-        (
-            "frictionsim solve scenarios/hoist_drum.toml",
-            f"{VIEW_OF.format(name='hoist_drum', view='friction_circle')} --time 2",
-        ),
-    ),
-    Picture(
-        "shaft_swing_door.png",
-        "a swing door that the friction of its hinges holds half open",
-        (
-            "frictionsim solve scenarios/swing_door.toml",
-            VIEW_OF.format(name="swing_door", view="response"),
-        ),
+        "hoist_map.png",
+        "the force that lifts a load, over load and friction",
+        (*HOIST, HOISTS, "frictionsim plot results/hoist_sweep.h5 --view force_to_lift"),
     ),
 ]
 OF_GEAR = [
-    Picture(
-        f"epicyclic_{word}.png",
-        title,
-        (
-            f"frictionsim solve scenarios/epicyclic_{word}.toml",
-            f"{VIEW_OF.format(name=f'epicyclic_{word}', view=view)} --time 1",
-        ),
-    )
-    for word, view, title in (
-        ("dwell", "path", "the gear at a uniform speed: its tracer point swings while it dwells"),
-        ("ring", "mechanism", "a planet inside a ring of twice its size: a straight line"),
-    )
+    solved(
+        "epicyclic_dwell.png",
+        "the gear at a uniform speed: its tracer point swings while it dwells",
+        *("epicyclic_dwell", f"{VIEW_OF} path --time 1"),
+    ),
+    solved(
+        "epicyclic_ring.png",
+        "a planet inside a ring of twice its size: a straight line",
+        *("epicyclic_ring", f"{VIEW_OF} mechanism --time 1"),
+    ),
+]
+# Further scenarios of a kind, in its group.
+FURTHER = [
+    solved(
+        "pulley_cases.png",
+        "the five cases of the pulley's paper, and the radius c against that of static friction",
+        "pulley_cases",
+        "plot results/{}.h5 --channels drive_force,lever_arm,case,angular_velocity",
+    ),
+    solved(
+        "shaft_hoist_drum.png",
+        "a hoist drum with an eccentric mass: couples as curved arrows",
+        *("hoist_drum", f"{VIEW_OF} friction_circle --time 2"),
+    ),
+    solved(
+        "shaft_swing_door.png",
+        "a swing door that the friction of its hinges holds half open",
+        *("swing_door", f"{VIEW_OF} response"),
+    ),
 ]
 PAPERS = [
-    Picture(
+    solved(
         f"paper_{kind}.png",
-        f"{kind.replace('_', ' ')}: a column of a paper, 84 mm wide",
-        (
-            f"frictionsim solve scenarios/{name}.toml",
-            f"frictionsim plot results/{name}.h5 --width 84mm --style paper --no-title --dpi 200",
-        ),
+        f"{kind}: a column of a paper, 84 mm wide",
+        DRAWN[kind][0],
+        "plot results/{}.h5 --width 84mm --style paper --no-title --dpi 200",
     )
-    for kind, (name, _) in DRAWN.items()
-    if kind in ("pulley", "epicyclic")
+    for kind in ("pulley", "epicyclic")
 ]
 # By kind, or name of a further scenario: the time of the clock in a screenshot of its report, and
 # what is seen then.
@@ -272,49 +253,9 @@ INSTANTS = {
     "belt_drive": (1.0, "a belt drive: tension as colour, stick and slip"),
     "shaft": (0.8, "a bell crank that slips: forces, reaction and friction circles"),
     "lift": (12.2, "a lift whose ropes slip over a sheave that stands still"),
+    "hoist_drum": (2.0, "a hoist drum: the cord, the eccentric mass, the shaft enlarged"),
+    "swing_door": (3.0, "a swing door with its torsion spring, seen from above"),
 }
-
-
-def of_kinds() -> list[Picture]:
-    """Return the screenshots of the reports of all kinds, and of further scenarios."""
-    return [
-        Picture(
-            f"report_{kind}.png",
-            f"the report of {title}",
-            (
-                f"frictionsim solve scenarios/{DRAWN[kind][0]}.toml",
-                f"frictionsim report results/{DRAWN[kind][0]}.h5",
-            ),
-            "light",
-            "#viewer",
-            time,
-        )
-        for kind, (time, title) in INSTANTS.items()
-    ]
-
-
-HOIST = ("frictionsim new pulley hoist.toml", "frictionsim solve hoist.toml")
-HOISTS = (
-    "frictionsim sweep hoist.toml --vary 'mechanism.load=lin(1800, 2600, 9)'"
-    f" --vary '{FRICTION}mu_s=lin(0.1, 0.4, 7)' -o results/hoist_sweep.h5"
-)
-OF_SWEEP = (*HOIST, HOISTS, "frictionsim report results/hoist_sweep.h5")
-OF_COST = (
-    *HOIST,
-    "frictionsim cost hoist.toml --csv hoist_cost.csv",
-    "frictionsim report hoist_cost.csv",
-)
-OF_RUN = (*HOIST, "frictionsim report results/hoist.h5")
-HOIST_PICTURES = [
-    Picture(
-        "hoist.png", "a hoist that lifts its load", (*HOIST, "frictionsim plot results/hoist.h5")
-    ),
-    Picture(
-        "hoist_map.png",
-        "the force that lifts a load, over load and friction",
-        (*HOIST, HOISTS, "frictionsim plot results/hoist_sweep.h5 --view force_to_lift"),
-    ),
-]
 REPORTS = [
     Picture("report_run_light.png", "the report of a run", OF_RUN, "light"),
     Picture("report_run_dark.png", "the same, where the system is dark", OF_RUN, "dark"),
@@ -322,40 +263,19 @@ REPORTS = [
     Picture(
         "report_cost_dark.png",
         "the report of a study of accuracy and time",
-        OF_COST,
-        "dark",
-        "#charts",
+        *(OF_COST, "dark", "#charts"),
     ),
-]
-REPORTS += [
-    *of_kinds(),
     *(
-        Picture(
-            f"report_{name}.png",
-            f"the report of {title}",
-            (
-                f"frictionsim solve scenarios/{name}.toml",
-                f"frictionsim report results/{name}.h5",
-            ),
-            "light",
-            "#viewer",
-            time,
-        )
-        for name, time, title in (
-            ("hoist_drum", 2.0, "a hoist drum: the cord, the eccentric mass, the shaft enlarged"),
-            ("swing_door", 3.0, "a swing door with its torsion spring, seen from above"),
-        )
+        reported(name, title, DRAWN[name][0] if name in DRAWN else name, time)
+        for name, (time, title) in INSTANTS.items()
     ),
     Picture(
         "report_comparison.png",
         "the report of two results, side by side on one clock",
         (*BOTH, "frictionsim report results/pulley.h5 results/heavy.h5"),
-        "light",
-        "#viewer",
-        0.9,
+        *("light", "#viewer", 0.9),
     ),
 ]
-OTHERS += HOIST_PICTURES
 GALLERY = [*of_views(), *OF_GEAR, *FURTHER, *PAPERS, *OTHERS, *REPORTS]
 
 
@@ -380,11 +300,7 @@ def gallery() -> str:
 def make(pictures: list[Picture], results: Path | None) -> None:
     """Make pictures in `docs/pictures`; each command is run once.
 
-    Parameters
-    ----------
-    pictures : list of Picture
-    results : Path or None
-        Folder with results of shipped scenarios, which are then not solved.
+    Results of shipped scenarios that are in the folder `results` are not solved again.
     """
     done: set[str] = set()
     with tempfile.TemporaryDirectory() as name:
@@ -413,21 +329,15 @@ def _is_there(command: str, folder: Path, results: Path | None) -> bool:
     if results is None or words[1] != "solve" or len(words) > 3:
         return False
     result = results / Path(words[2]).with_suffix(".h5").name
-    if not result.exists():
-        return False
-    shutil.copyfile(result, folder / "results" / result.name)
-    return True
+    if result.exists():
+        shutil.copyfile(result, folder / "results" / result.name)
+    return result.exists()
 
 
 def _run(command: str, folder: Path) -> None:
     words, _, target = command.partition(" > ")
-    done = subprocess.run(
-        [sys.executable, "-m", *shlex.split(words)],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        text=True,
-        check=False,
-    )
+    line = [sys.executable, "-m", *shlex.split(words)]
+    done = subprocess.run(line, cwd=folder, stdout=subprocess.PIPE, text=True, check=False)
     if done.returncode:
         raise SystemExit(f"{command}: exit {done.returncode}")
     if target:
@@ -440,17 +350,11 @@ def main() -> None:
     parser.add_argument("words", nargs="*", help="of the names of pictures; all of them without")
     parser.add_argument("--results", type=Path, help="folder with results of shipped scenarios")
     given = parser.parse_args()
-    wanted = [
-        picture
-        for picture in GALLERY
-        if not given.words or any(word in picture.file for word in given.words)
-    ]
+    words = given.words or [""]
     PICTURES.mkdir(exist_ok=True)
-    make(wanted, given.results)
+    make([p for p in GALLERY if any(word in p.file for word in words)], given.results)
     if not given.words:
-        for left in {*PICTURES.glob("*.png"), *PICTURES.glob("*.gif")} - {
-            PICTURES / picture.file for picture in GALLERY
-        }:
+        for left in {*PICTURES.iterdir()} - {PICTURES / picture.file for picture in GALLERY}:
             left.unlink()
 
 

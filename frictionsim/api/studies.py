@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.result_base import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
-from frictionsim.costs.settings import MAX_WALL, REPEATS
-from frictionsim.costs.settings import CostOptions as CostOptions
+from frictionsim.costs.study import MAX_WALL, REPEATS
+from frictionsim.costs.study import CostOptions as CostOptions
 from frictionsim.costs.study import study as study
 from frictionsim.costs.study_table import recommended_lines, table_json
 from frictionsim.display import error_text, number_text, short_text

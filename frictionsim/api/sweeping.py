@@ -58,7 +58,7 @@ from frictionsim.simulation.monitor import (
 )
 from frictionsim.sweeps.design import SAMPLE, Design, design_of
 from frictionsim.sweeps.outcomes import completed, header_of
-from frictionsim.sweeps.run_blocks import Work, check_combinations, remaining_runs, run_blocks
+from frictionsim.sweeps.runs import Work, check_combinations, remaining_runs, run_blocks
 from frictionsim.sweeps.study_file import SweepOptions as SweepOptions
 from frictionsim.sweeps.study_file import (
     SweepStudy,

@@ -9,6 +9,7 @@ What has a mesh is solved on a finer one as well, and its quantities there stand
 by name: they tell the size of what the mesh does, and are no bound of its error.
 """
 
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import InputError
@@ -61,11 +62,17 @@ def estimate(
     `first` is its run that is done; `on_step` is called with the time, s, after each step. The
     limit of steps is that of each further run.
     """
+
+    def solved(overrides: list[str]) -> tuple[Record, int]:
+        """Return a run, and the exit code of a signal that stopped it."""
+        done = run(scenario.replace(overrides), on_step, max_steps=max_steps)
+        return done, done.exit_code if done.status == "interrupted" else 0
+
     setting = tighter(scenario)
-    second = run(scenario.replace(list(setting.overrides)), on_step, max_steps=max_steps)
+    second, exit_code = solved(list(setting.overrides))
     if second.status != "done":
         reason = f"no error estimate: run with {setting.label} {second.status}: {second.reason}"
-        return Estimate({}, reason, second.exit_code if second.status == "interrupted" else 0)
+        return Estimate({}, reason, exit_code)
     halved = any(override.startswith("solver.step=") for override in setting.overrides)
     errors: dict[str, float | None] = dict.fromkeys(first.quantities)
     for name, quantity in first.quantities.items():
@@ -73,40 +80,25 @@ def estimate(
         if quantity.value is not None and other is not None and other.value is not None:
             errors[name] = (RICHARDSON if halved else 1.0) * abs(quantity.value - other.value)
     difference = f"{'twice ' if halved else ''}the difference to a run with {setting.label}"
-    method = f"error: {difference}"
+    method, other_mesh = f"error: {difference}", None
     study = getattr(mechanism_module(scenario.kind), "mesh_study", None)
     if study is None:
         return Estimate(errors, method)
-    other_mesh, exit_code = _finer_mesh(scenario, study, first, on_step, max_steps)
+    seconds = first.statistics.wall_seconds if first.statistics is not None else None
+    if seconds is not None and seconds <= MAX_SECONDS:
+        own = study.own_mesh(scenario)
+        mesh = study.mesh_of(scenario, own.model, 2 * own.bodies)
+        overrides = list(mesh.overrides)
+        if scenario.solver.step is not None:  # bodies half as long are stable with half the step
+            overrides.append(f"solver.step={0.5 * scenario.solver.step!r}")
+        with suppress(InputError):  # there is no such mesh
+            fine, exit_code = solved(overrides)
+            if fine.status == "done":
+                values = {name: quantity.value for name, quantity in fine.quantities.items()}
+                other_mesh = OtherMesh(f"{mesh.bodies} bodies", values)
     shown = f": '{other_mesh.name}' has the value of that mesh" if other_mesh else ""
     method += f"; that of the mesh is not included{shown}, 'frictionsim cost' compares meshes"
     return Estimate(errors, method, exit_code, other_mesh)
-
-
-def _finer_mesh(
-    scenario: "Scenario",
-    study: Any,
-    first: Record,
-    on_step: "Callable[[float], Any]",
-    max_steps: int | None,
-) -> tuple[OtherMesh | None, int]:
-    """Return the quantities with twice as many bodies, and the exit code if a signal stopped it."""
-    seconds = first.statistics.wall_seconds if first.statistics is not None else None
-    if seconds is None or seconds > MAX_SECONDS:
-        return None, 0
-    own = study.own_mesh(scenario)
-    mesh = study.mesh_of(scenario, own.model, 2 * own.bodies)
-    overrides = list(mesh.overrides)
-    if scenario.solver.step is not None:  # bodies half as long are stable with half the step
-        overrides.append(f"solver.step={0.5 * scenario.solver.step!r}")
-    try:
-        done = run(scenario.replace(overrides), on_step, max_steps=max_steps)
-    except InputError:
-        return None, 0
-    if done.status != "done":
-        return None, done.exit_code if done.status == "interrupted" else 0
-    values = {name: quantity.value for name, quantity in done.quantities.items()}
-    return OtherMesh(f"{mesh.bodies} bodies", values), 0
 
 
 def tighter(scenario: "Scenario") -> Setting:

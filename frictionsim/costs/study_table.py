@@ -1,7 +1,7 @@
 """The rows of a study, the table that is made of them, and the settings that it recommends."""
 
 from collections.abc import Mapping, Sequence
-from math import inf, isfinite, nan
+from math import isfinite
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.display import error_text, short_text, study_text
@@ -12,10 +12,6 @@ if TYPE_CHECKING:
     from frictionsim.results import Metric
 
 TARGET_ERRORS = (1e-2, 1e-3, 1e-4)
-SECONDS_OF_REPEATS = 1.0
-"""Runs of a setting are not repeated after this total time, s: the timing is accurate enough."""
-
-
 # Unit and words of the columns; those without a unit are texts.
 COLUMNS = {
     "law": ("", "friction law"),
@@ -60,106 +56,56 @@ def greatest(errors: Mapping[str, Error]) -> float | None:
 
 
 class Advice(NamedTuple):
-    """The cheapest setting with an error of at most `wanted`; None if no setting is known to be."""
+    """The fastest setting with an error of at most `wanted`; None if no setting is known to be."""
 
     wanted: float
-    floor: float | None  # reference uncertainty; None if it is unknown
     row: Row | None
-    tied: int  # settings that times do not tell apart; of several the evaluations decide
-    timed_once: bool  # whether these have no spread
+    found: str  # the setting as text; or why there is none
 
     @property
     def sentence(self) -> str:
         """The recommendation as text."""
-        return _sentence([self])
-
-    @property
-    def found(self) -> str:
-        """The setting as text; or why there is none."""
-        if self.floor is not None and self.floor > self.wanted:
-            return f"unknown, the reference uncertainty is {error_text(self.floor)}"
-        if self.row is None:
-            return "no setting reached it"
-        row = self.row
-        bodies = f"{row['bodies']:.0f} bodies, " if row.get("model") else ""
-        return (
-            f"{line_of(row)} with {bodies}{row['setting']},"
-            f" {short_text(row['wall_seconds'])} s, error {error_text(row['error'])}"
-        )
-
-
-def _sentence(advices: Sequence[Advice]) -> str:
-    """Return the recommendations of one setting, for one error or several, as text."""
-    first = advices[0]
-    goals = _listed([f"{study_text(100 * advice.wanted)} %" for advice in advices])
-    text = f"for {goals}: {first.found}"
-    if first.row is None:
-        return text
-    if max(advice.tied for advice in advices) > 1:
-        why = "whose times differ by chance"
-        if first.timed_once:
-            why = "that are so accurate (each was timed once: times are not compared)"
-        counts = _listed([*dict.fromkeys(str(advice.tied) for advice in advices)])
-        text += f"; the fewest evaluations of {counts} settings {why}"
-    return text + "; the reference uncertainty is unknown" * (first.floor is None)
-
-
-def _listed(texts: Sequence[str]) -> str:
-    return " and ".join(filter(None, (", ".join(texts[:-1]), texts[-1])))
+        return f"for {study_text(100 * self.wanted)} %: {self.found}"
 
 
 def recommended_lines(table: CostTable) -> list[str]:
     """Return the recommendations as sentences, one for the errors of which the setting is one."""
-    of_setting: dict[str, list[Advice]] = {}
+    goals: dict[str, list[str]] = {}
     for advice in recommendations(table):
-        of_setting.setdefault(advice.found, []).append(advice)
-    return [*map(_sentence, of_setting.values())]
+        goals.setdefault(advice.found, []).append(f"{study_text(100 * advice.wanted)} %")
+    joined = (" and ".join(filter(None, (", ".join(g[:-1]), g[-1]))) for g in goals.values())
+    return [f"for {goal}: {found}" for goal, found in zip(joined, goals, strict=True)]
 
 
 def recommendations(table: CostTable) -> list[Advice]:
-    """Return the cheapest setting for each of TARGET_ERRORS.
+    """Return the fastest setting for each of TARGET_ERRORS.
 
-    The fastest one; of those that are slower by no more than the spread of the repeats, that with
-    the fewest evaluations. The spread of a short run that was timed once is unknown. Where the
-    reference uncertainty is larger than an error, none is known.
+    Where the reference uncertainty is larger than an error, none is known.
     """
-    return [_cheapest(table, wanted) for wanted in TARGET_ERRORS]
+    return [_fastest(table, wanted) for wanted in TARGET_ERRORS]
 
 
-def _cheapest(table: CostTable, wanted: float) -> Advice:
+def _fastest(table: CostTable, wanted: float) -> Advice:
+    if table.floor > wanted:
+        found = f"unknown, the reference uncertainty is {error_text(table.floor)}"
+        return Advice(wanted, None, found)
     rows = [
         row
         for row in table.rows
         if row["status"] == "done" and not row.get("reason") and row["error"] <= wanted
-        if table.floor <= wanted and _holds(row, table.rows, wanted)
+        if _holds(row, table.rows, wanted)
     ]
-    fastest = min(rows, key=_seconds, default=None)
-    tied = [row for row in rows if fastest and _may_be_as_fast(row, fastest)]
-    row = min(tied, key=lambda row: float(row["rhs_evaluations"]), default=None)
-    is_known = table.uncertainty or not table.references
-    timed_once = any(map(_is_timed_too_briefly, tied))
-    return Advice(wanted, table.floor if is_known else None, row, len(tied), timed_once)
-
-
-def _seconds(row: Row) -> float:
-    return float(row["wall_seconds"])
-
-
-def _is_timed_too_briefly(row: Row) -> bool:
-    """Return whether it was a short run that was timed once: its spread is unknown."""
-    return bool(row.get("repeats") == 1 and _seconds(row) < SECONDS_OF_REPEATS)
-
-
-def _may_be_as_fast(row: Row, fastest: Row) -> bool:
-    """Return whether the time of a row exceeds the least one by no more than their spread."""
-
-    def spread(row: Row) -> float:
-        if _is_timed_too_briefly(row):
-            return inf
-        known = row.get("wall_spread", nan)
-        return known if known == known else 0.0
-
-    return _seconds(row) - _seconds(fastest) <= max(spread(row), spread(fastest))
+    if not rows:
+        return Advice(wanted, None, "no setting reached it")
+    row = min(rows, key=lambda row: float(row["wall_seconds"]))
+    bodies = f"{row['bodies']:.0f} bodies, " if row.get("model") else ""
+    found = (
+        f"{line_of(row)} with {bodies}{row['setting']}, {short_text(row['wall_seconds'])} s,"
+        f" error {error_text(row['error'])}"
+    )
+    if table.references and not table.uncertainty:
+        found += "; the reference uncertainty is unknown"
+    return Advice(wanted, row, found)
 
 
 def _holds(row: Row, rows: list[Row], wanted: float) -> bool:
@@ -220,8 +166,7 @@ def _value_json(name: str, value: Any) -> Any:
 def _advice_json(advice: Advice) -> dict[str, Any]:
     row = dict.fromkeys(SETTING) if advice.row is None else _row_json(advice.row, [])
     names = (*SETTING, *(("model", "bodies") if row.get("model") else ()))
-    setting = {name: row[name] for name in names}
-    return {"wanted": advice.wanted, **setting, "sentence": advice.sentence}
+    return {"wanted": advice.wanted, **{n: row[n] for n in names}, "sentence": advice.sentence}
 
 
 def _error_json(absolute: float | None, relative: float) -> dict[str, float | None]:

@@ -27,7 +27,6 @@ from frictionsim.fits.problem import FitProblem
 from frictionsim.fits.search import (
     AT_EDGE,
     Minimum,
-    Resample,
     Search,
     checked_derivatives,
     minima,
@@ -310,7 +309,7 @@ def _bootstrap(
             size = np.sqrt(np.mean(pool**2)) or 1.0
             drawn[group] = noise.sigma[group] * rng.choice(pool / size, size=pool.size)
         resampled = problem.data.values - residuals + drawn
-        searches.append(Resample(problem, 1.0 / noise.sigma, best.x, resampled))
+        searches.append(Search(problem, 1.0 / noise.sigma, best.x, resampled))
     ends = minima(searches)
     places = np.array([end.x for end in ends if end.converged]).reshape(-1, len(problem.keys))
     intervals: dict[str, tuple[float, float] | None] = {key.key: None for key in problem.keys}

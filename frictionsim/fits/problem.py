@@ -275,12 +275,16 @@ class FitProblem:
         last, _ = bisected(self.works if is_valid(bad) else is_valid, good, bad, EDGE)
         return last if self.works(last) else self.last_good(good, last)
 
-    def residuals(self, x: "Array") -> "Array":
-        """Return data minus fit at a place at which the runs succeed."""
+    def fitted(self, x: "Array") -> "Array":
+        """Return the values of the scenario at a place at which the runs succeed."""
         model = self.model(x)
         if model.values is None:
-            raise ValueError(f"a fit has no residuals where a run fails: {model.fault}")
-        return self.data.values - model.values
+            raise ValueError(f"a fit has no values where a run fails: {model.fault}")
+        return model.values
+
+    def residuals(self, x: "Array") -> "Array":
+        """Return data minus fit at a place at which the runs succeed."""
+        return self.data.values - self.fitted(x)
 
     def cost(self, x: "Array", weights: "Array") -> float:
         """Return half the weighted sum of squares; infinity where a run fails."""

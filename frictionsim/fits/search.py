@@ -22,12 +22,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.errors import SolverError
+from frictionsim.errors import SolverError, WorkerDied
 from frictionsim.fits.problem import FitProblem, Model, bisected
 from frictionsim.sweeps.workers import available_cores, process_pool
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
+
+    Function = Callable[[Array], Array]
 
 SCANNED = 12  # points for each start
 GRID = np.linspace(0.0, 1.0, SCANNED + 1)[:, None]  # of a single key
@@ -65,21 +67,13 @@ class Minimum(NamedTuple):
     jump: tuple[float, float] | None = None
 
 
-class Edge(NamedTuple):
-    """An edge next to a place: the runs beyond it fail."""
-
-    number: int  # of the key
-    side: int  # 1 if they fail above it, -1 below
-    fault: str  # of the run beyond
-
-
-def edges(problem: FitProblem, x: "Array") -> Iterator[Edge]:
-    """Yield the edges at a place between the bounds, with the other keys at their values."""
+def edges(problem: FitProblem, x: "Array") -> Iterator[tuple[int, int, str]]:
+    """Yield the keys by number beside whose values runs fail, the side (1 or -1) and the fault."""
     for j, side in product(range(len(x)), (-1, 1)):
         place = x.copy()
         place[j] += side * AT_EDGE
         if 0.0 <= place[j] <= 1.0 and not problem.works(place):
-            yield Edge(j, side, problem.model(place).fault)
+            yield j, side, problem.model(place).fault
 
 
 def difference_step(problem: FitProblem) -> float:
@@ -146,35 +140,18 @@ def checked_derivatives(problem: FitProblem, x: "Array", sigma: "Array") -> "tup
     return jacobian, changes
 
 
-class Search:
-    """A local search from a place: least squares of the data, or of values that replace them."""
+class Search(NamedTuple):
+    """A local search from a place: least squares of the data, or of resampled values.
 
-    def __init__(
-        self,
-        problem: FitProblem,
-        weights: "Array",
-        start: "Array",
-        measured: "Array | None" = None,
-    ) -> None:
-        self.problem, self.weights, self.start = problem, weights, np.clip(start, 0.0, 1.0)
-        self.measured = problem.data.values if measured is None else measured
-        self.has_failed = False  # a run
+    The minimum of resampled values is located to a part of the standard errors, with one over the
+    standard deviations as weights. So few runs suffice: the derivatives at the start, which all
+    resamples share, are corrected by the change of the values over each step.
+    """
 
-    def inside(self, x: "Array") -> "Array":
-        """Return a place, or the last one with runs on the way to it from the start."""
-        if self.problem.works(x):
-            return x
-        self.has_failed = True
-        return self.problem.last_good(self.start, x)
-
-    def residual(self, x: "Array") -> "Array":
-        """Return the weighted residuals at a place, which is moved inside."""
-        values = self.problem.data.values - self.problem.residuals(self.inside(x))
-        return np.asarray((values - self.measured) * self.weights)
-
-    def jacobian(self, x: "Array") -> "Array":
-        """Return the derivatives (n, keys) of the residuals by the places."""
-        return derivatives(self.residual, x, difference_step(self.problem))
+    problem: FitProblem
+    weights: "Array"
+    start: "Array"
+    resampled: "Array | None" = None
 
     def minimum(self) -> Minimum:
         """Return the local minimum of the least squares.
@@ -182,87 +159,70 @@ class Search:
         At an edge the derivatives are those of one side at most. So a further search begins beyond
         it, where a place and all others on its way from the start stand for one.
         """
-        first = 0.5 * float(np.sum(self.residual(self.start) ** 2))
-        end = self._descent(self.start)
-        for _ in range(MAX_DESCENTS if len(self.start) > 1 else 0):
-            x = self.inside(end.x)
-            way = x - self.start
-            if not (self.has_failed and way.any() and any(edges(self.problem, x))):
+        problem, start, has_failed = self.problem, np.clip(self.start, 0.0, 1.0), False
+        measured = problem.data.values if self.resampled is None else self.resampled
+
+        def inside(x: "Array") -> "Array":
+            nonlocal has_failed
+            if problem.works(x):
+                return x
+            has_failed = True
+            return problem.last_good(start, x)
+
+        def residual(x: "Array") -> "Array":
+            return np.asarray((problem.fitted(inside(x)) - measured) * self.weights)
+
+        def descent(first: "Array") -> Any:
+            from scipy.optimize import least_squares  # imported here because SciPy takes 0.3 s
+
+            step = difference_step(problem)
+            jac: Function = lambda x: derivatives(residual, x, step)  # noqa: E731
+            ftol = xtol = TOLERANCE
+            if self.resampled is not None:
+                # A step of a part of the standard error changes the sum of squares, about one for
+                # each value, by the square of that part.
+                ftol, xtol = LOCATED**2 / measured.size, TOLERANCE_OF_RESAMPLES
+                jac = _corrected(residual, jac)
+            options: dict[str, Any] = {"ftol": ftol, "xtol": xtol, "gtol": NO_SLOPE}
+            options |= {"bounds": (0.0, 1.0), "method": "trf", "max_nfev": MAX_ITERATIONS}
+            return least_squares(residual, first, jac=jac, **options)
+
+        first_cost = 0.5 * float(np.sum(residual(start) ** 2))
+        end = descent(start)
+        for _ in range(MAX_DESCENTS if len(start) > 1 else 0):
+            x = inside(end.x)
+            way = x - start
+            if not (has_failed and way.any() and any(edges(problem, x))):
                 break
-            beyond = x + BEYOND * difference_step(self.problem) * way / np.max(np.abs(way))
-            further = self._descent(np.clip(beyond, 0.0, 1.0))
+            beyond = x + BEYOND * difference_step(problem) * way / np.max(np.abs(way))
+            further = descent(np.clip(beyond, 0.0, 1.0))
             if further.cost >= end.cost * (1.0 - NO_GAIN):
                 break
             end = further
-        x, cost = self.inside(end.x), float(end.cost)
-        return Minimum(self.start, x, first, cost, end.status > 0)
-
-    def _descent(self, start: "Array") -> Any:
-        from scipy.optimize import least_squares  # imported here because SciPy takes 0.3 s
-
-        ftol, xtol = self.tolerances()
-        return least_squares(
-            self.residual,
-            start,
-            jac=self.jacobian_of_descent(),
-            bounds=(0.0, 1.0),
-            method="trf",
-            ftol=ftol,
-            xtol=xtol,
-            gtol=NO_SLOPE,
-            max_nfev=MAX_ITERATIONS,
-        )
-
-    def tolerances(self) -> tuple[float, float]:
-        """Return the relative changes of the sum of squares, and of the place, at the end."""
-        return TOLERANCE, TOLERANCE
-
-    def jacobian_of_descent(self) -> "Callable[[Array], Array]":
-        """Return the function of a place that gives the derivatives for a descent."""
-        return self.jacobian
-
-    def alone(self) -> tuple[Minimum, int, dict[bytes, Model]]:
-        """Return the minimum as another process may find it, the runs and, of a single value,
-        the models.
-        """
-        problem = self.problem.apart()
-        minimum = type(self)(problem, self.weights, self.start, self.measured).minimum()
-        return minimum, problem.runs, problem.models if problem.data.size == 1 else {}
+        return Minimum(start, inside(end.x), first_cost, float(end.cost), end.status > 0)
 
 
-class Resample(Search):
-    """A search for resampled data, located to a part of the standard errors.
+def _corrected(residual: "Function", derivatives_at: "Function") -> "Function":
+    """Return the function that gives derivatives for a descent, most of them without runs.
 
-    The weights are one over the standard deviations. So few runs suffice: the derivatives at the
-    start, which all resamples share, are corrected by the change of the values over each step
-    (Broyden's formula), and found anew where they predicted another change.
+    They are corrected by Broyden's formula, and found anew where they predicted another change.
     """
+    before: tuple[Array, Array, Array] | None = None  # the place, its residuals, derivatives
 
-    def tolerances(self) -> tuple[float, float]:
-        """Return those of a step of a part of the standard error.
+    def jacobian(x: "Array") -> "Array":
+        nonlocal before
+        values, found = residual(x), None
+        if before is not None:
+            step, predicted = x - before[0], before[2] @ (x - before[0])
+            missed = values - before[1] - predicted
+            size = max(float(np.linalg.norm(predicted)), LOCATED)
+            if np.linalg.norm(missed) <= CURVED * size:
+                found = before[2] + np.outer(missed, step) / (step @ step)
+        found = derivatives_at(x) if found is None else found
+        before = x.copy(), values, found
+        return found
 
-        It changes the sum of squares, about one for each value, by the square of that part.
-        """
-        return LOCATED**2 / self.measured.size, TOLERANCE_OF_RESAMPLES
-
-    def jacobian_of_descent(self) -> "Callable[[Array], Array]":
-        """Return the function of a place that gives the derivatives for a descent."""
-        before: tuple[Array, Array, Array] | None = None  # the place, its residuals, derivatives
-
-        def jacobian(x: "Array") -> "Array":
-            nonlocal before
-            residual, found = self.residual(x), None
-            if before is not None:
-                step, predicted = x - before[0], before[2] @ (x - before[0])
-                missed = residual - before[1] - predicted
-                size = max(float(np.linalg.norm(predicted)), LOCATED)
-                if np.linalg.norm(missed) <= CURVED * size:
-                    found = before[2] + np.outer(missed, step) / (step @ step)
-            found = self.jacobian(x) if found is None else found
-            before = x.copy(), residual, found
-            return found
-
-        return jacobian
+    return jacobian
 
 
 def minima(searches: Sequence[Search]) -> list[Minimum]:
@@ -279,17 +239,16 @@ def minima(searches: Sequence[Search]) -> list[Minimum]:
     parts = [searches[first : first + size] for first in range(0, len(searches), size)]
     with process_pool(workers) as pool:
         try:
-            futures = [pool.submit(_alone, part) for part in parts]
-            waiting = {*futures}
-            while waiting:
-                done, waiting = wait(waiting, SECONDS_BETWEEN_TICKS, FIRST_COMPLETED)
-                runs = sum(number for future in done for _, number, _ in future.result())
-                if workers > 1:
-                    problem.on_runs(runs)
-                pool.watch()
-        except pool.deaths as error:
-            pool.current_runs()  # which raises an error if no process could be started
-            raise SolverError(f"{pool.death(error)}; nothing of the fit is kept") from None
+            with pool.deaths_told():
+                futures = [pool.submit(_apart, part) for part in parts]
+                waiting = {*futures}
+                while waiting:
+                    done, waiting = wait(waiting, SECONDS_BETWEEN_TICKS, FIRST_COMPLETED)
+                    runs = sum(number for future in done for _, number, _ in future.result())
+                    if workers > 1:
+                        problem.on_runs(runs)
+        except WorkerDied as died:
+            raise SolverError(f"{died}; nothing of the fit is kept") from None
     for future in futures:
         for minimum, number, models in future.result():
             ends.append(minimum)
@@ -298,8 +257,14 @@ def minima(searches: Sequence[Search]) -> list[Minimum]:
     return ends
 
 
-def _alone(searches: Sequence[Search]) -> list[tuple[Minimum, int, dict[bytes, Model]]]:
-    return [search.alone() for search in searches]
+def _apart(searches: Sequence[Search]) -> list[tuple[Minimum, int, dict[bytes, Model]]]:
+    """Return minima as another process may find them, their runs and, of a single value, models."""
+    found = []
+    for search in searches:
+        problem = search.problem.apart()
+        minimum = search._replace(problem=problem).minimum()
+        found.append((minimum, problem.runs, problem.models if problem.data.size == 1 else {}))
+    return found
 
 
 def search(problem: FitProblem, weights: "Array", starts: int, seed: int) -> list[Minimum]:
@@ -341,8 +306,8 @@ def _bracketed(problem: FitProblem, weights: "Array") -> list[Minimum]:
     for place in GRID:
         problem.model(place)
 
-    def cost(x: "Array") -> float:
-        return problem.cost(x, weights)
+    def end(start: "Array", x: "Array", jump: tuple[float, float] | None = None) -> Minimum:
+        return Minimum(start, x, problem.cost(start, weights), problem.cost(x, weights), jump=jump)
 
     found = list[Minimum]()
     for (first, left), (last, right) in pairwise(problem.single_values()):
@@ -354,12 +319,13 @@ def _bracketed(problem: FitProblem, weights: "Array") -> list[Minimum]:
             return value is not None and (value - wanted) * side > 0.0
 
         ends = bisected(is_on_the_left, first, last, RESOLVED)
-        x, values = min(ends, key=cost), [problem.single(end) for end in ends]
-        known = [value for value in values if value is not None]
-        is_jump = len(known) == len(ends) and not problem.is_exact(x)
-        jump = (min(known), max(known)) if is_jump else None
-        found.append(Minimum(first, x, cost(first), cost(x), jump=jump))
+        nearest = min(ends, key=lambda x: problem.cost(x, weights))
+        low, high = (problem.single(x) for x in ends)
+        jump = None
+        if low is not None and high is not None and not problem.is_exact(nearest):
+            jump = min(low, high), max(low, high)
+        found.append(end(first, nearest, jump))
     if not found:
-        x = min((x for x, _ in problem.single_values()), key=cost)
-        found = [Minimum(x, x, cost(x), cost(x))]
+        nearest = min((x for x, _ in problem.single_values()), key=lambda x: end(x, x).cost)
+        found = [end(nearest, nearest)]
     return found

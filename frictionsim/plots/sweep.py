@@ -49,9 +49,9 @@ from frictionsim.plots.style import (
 )
 from frictionsim.scenario.model_fields import names_in
 from frictionsim.sweeps.design import SAMPLE
-from frictionsim.sweeps.sensitivity import indices_of
 from frictionsim.sweeps.statistics import (
     independent_runs,
+    indices_of,
     is_constant,
     jumps_between,
     sound_values,

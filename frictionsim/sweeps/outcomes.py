@@ -21,8 +21,7 @@ from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import toml_value
 from frictionsim.sweeps.design import GRID, Design
-from frictionsim.sweeps.sensitivity import indices_of
-from frictionsim.sweeps.statistics import variation
+from frictionsim.sweeps.statistics import indices_of, variation
 from frictionsim.version import __version__
 
 

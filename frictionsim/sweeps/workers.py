@@ -16,19 +16,17 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from importlib import import_module
-from time import monotonic
 from typing import Any, NoReturn
 
-from frictionsim.errors import InputError
+from frictionsim.errors import InputError, WorkerDied
 from frictionsim.simulation import memory
 from frictionsim.version import __version__
 
-IDLE = -1  # in the place of the number of a run
 # Terminals and shells send these to all of a group of processes; the parent handles them.
 PARENT_SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
-SECONDS_TO_BREAK = 1.0  # of a pool, after the death of a worker
+SECONDS_TO_END = 1.0  # of a pool
 LOCAL = "local:"  # what the address of a cluster begins with that is started here
 SECONDS_TO_ANSWER = 10.0  # of a scheduler
 
@@ -41,22 +39,27 @@ def available_cores() -> int:
 
 
 class Workers(Executor):
-    """An executor of `concurrent.futures` that says what a sweep wants to know of it."""
+    """An executor of `concurrent.futures` that counts its workers and tells their death."""
 
     count = 1  # of simultaneous calls
-    capacity = 1  # calls to be submitted before one is done
-    deaths: tuple[type[BaseException], ...] = (BrokenExecutor, CancelledError)
-
-    def death(self, error: BaseException) -> str:
-        """Return what an error of `deaths` says."""
-        return "a worker process was killed, perhaps for lack of memory"
-
-    def current_runs(self) -> list[int] | None:
-        """Return the numbers of the runs in progress; None if they are not known."""
-        return None
+    killed: tuple[type[BaseException], ...] = (BrokenExecutor,)  # raised by calls of dead workers
 
     def watch(self) -> None:
-        """Raise an error of `deaths` if a worker has died and no call will tell."""
+        """Look after workers whose number may change."""
+
+    @contextmanager
+    def deaths_told(self) -> Iterator[None]:
+        """Raise WorkerDied instead of what calls of a killed worker raise."""
+        try:
+            yield
+        except CancelledError:
+            raise WorkerDied("dask: lost the connection to the scheduler") from None
+        except self.killed:
+            self._check_begun()
+            raise WorkerDied("a worker process was killed, perhaps for lack of memory") from None
+
+    def _check_begun(self) -> None:
+        """Raise InputError if no worker has ever begun."""
 
 
 class InProcess(Workers):
@@ -76,13 +79,10 @@ class ProcessPool(Workers):
     """Worker processes, which start with the first call."""
 
     def __init__(self, count: int) -> None:
-        self.count, self.capacity = count, 2 * count
+        self.count, self._pids = count, set[int]()
         context = multiprocessing.get_context("fork" if may_fork() else "spawn")
-        self._begun, self._current = context.Value("i", 0), context.RawArray("q", [IDLE] * count)
-        self._numbers = context.RawArray("q", count)  # of the processes
-        self._died = 0.0
-        shared = self._begun, self._current, self._numbers
-        self._pool = ProcessPoolExecutor(count, context, _begin, shared)
+        self._begun = context.SimpleQueue()  # the numbers of the processes
+        self._pool = ProcessPoolExecutor(count, context, _begin, (self._begun, count))
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
         """Queue a call."""
@@ -91,45 +91,28 @@ class ProcessPool(Workers):
             warnings.simplefilter("ignore", DeprecationWarning)
             return self._pool.submit(function, *args, **kwargs)
 
-    def current_runs(self) -> list[int] | None:
-        """Return the numbers of the runs in progress.
+    def _known_pids(self) -> set[int]:
+        while not self._begun.empty():
+            self._pids.add(self._begun.get())
+        return self._pids
 
-        Raises
-        ------
-        InputError
-            If no worker has ever begun.
-        """
-        if not self._begun.value:
+    def _check_begun(self) -> None:
+        if not self._known_pids():
             raise InputError(
                 'no worker process can be started; a script of Python needs "if __name__ =='
                 " '__main__':\" around what it does (a sweep also runs with workers=1)"
             )
-        return sorted(run for run in self._current if run != IDLE)
-
-    def watch(self) -> None:
-        """Raise BrokenExecutor if a worker has died for some time and the pool did not notice.
-
-        It waits for the rest of the answer of a worker that died while sending it.
-        """
-        if len(self._processes()) >= min(self._begun.value, self.count):
-            self._died = 0.0
-        elif not self._died:
-            self._died = monotonic()
-        elif monotonic() - self._died > SECONDS_TO_BREAK:
-            raise BrokenExecutor
-
-    def _processes(self) -> list[Any]:
-        own = {*self._numbers}
-        return [one for one in multiprocessing.active_children() if one.pid in own]
 
     def close(self) -> None:
         """End the workers, whatever they do."""
-        for process in self._processes():
-            process.kill()
+        own = self._known_pids()
+        for process in multiprocessing.active_children():
+            if process.pid in own:
+                process.kill()
         # It waits for the rest of the answer of a worker that died while sending it.
         ending = threading.Thread(target=self._pool.shutdown, daemon=True)
         ending.start()
-        ending.join(SECONDS_TO_BREAK)
+        ending.join(SECONDS_TO_END)
 
 
 @contextmanager
@@ -153,25 +136,12 @@ def may_fork() -> bool:
     return threading.active_count() == 1 or not sys.executable
 
 
-_current: list[tuple[Any, int]] = []
-"""In a worker: the array of the runs in progress, and its place in it."""
-
-
-def note_current(run: int) -> None:
-    """Note the number of the run in progress, for `current_runs`; IDLE if there is none."""
-    for array, place in _current:
-        array[place] = run
-
-
-def _begin(begun: Any, current: Any, numbers: Any) -> None:
+def _begin(begun: Any, workers: int) -> None:
     """Prepare a worker: the signals and the end of the parent, and one thread for each core."""
     for number in PARENT_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
-    with begun.get_lock():
-        place = begun.value % len(current)
-        _current[:], numbers[place] = [(current, place)], os.getpid()
-        begun.value += 1
-    memory.processes = len(current)
+    begun.put(os.getpid())
+    memory.processes = workers
     from threadpoolctl import threadpool_limits
 
     threadpool_limits(1)
@@ -197,7 +167,7 @@ class DaskCluster(Workers):
 
     def __init__(self, client: Any, killed: type[BaseException]) -> None:
         self._client, self._executor = client, client.get_executor(pure=False)
-        self.deaths = (*Workers.deaths, killed)
+        self.killed = (*Workers.killed, killed)
         self.watch()
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
@@ -211,13 +181,6 @@ class DaskCluster(Workers):
             raise CancelledError
         with suppress(Exception):  # the scheduler is busy
             self.count = max(1, sum(self._client.nthreads().values()))
-        self.capacity = 2 * self.count
-
-    def death(self, error: BaseException) -> str:
-        """Return what an error of `deaths` says."""
-        if isinstance(error, CancelledError):
-            return "dask: lost the connection to the scheduler"
-        return f"dask: {Workers.death(self, error)}"
 
 
 @contextmanager
@@ -283,7 +246,6 @@ def dask_cluster(address: str) -> Iterator[Workers]:
 
 
 def _begin_local(workers: int) -> None:
-    """Prepare a worker of a cluster on this machine."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal sends it to all
     memory.processes = workers
 
@@ -292,10 +254,8 @@ def _version_getter() -> Callable[[], str]:
     """Return the function of a worker's version: a nested one is sent as code, not by name."""
 
     def version() -> str:
-        try:
-            from frictionsim.version import __version__
-        except ImportError:
-            return "none"
+        from frictionsim.version import __version__  # an ImportError is returned
+
         return __version__
 
     return version

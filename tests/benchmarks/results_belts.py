@@ -1,4 +1,4 @@
-"""Belts of bodies against a string: meshes, wrap factors, the depth of the contact, Kubas 2014.
+"""Belts of bodies against a string: wrap factors, the depth of the contact, Kubas 2014.
 
 In the mean the torques balance, T1 - T2 = M/R. A string creeps by (T1 - T2)/EA, and has the tension
 of the tight span where it sticks to the driver; without load it has the tension of its spans
@@ -8,7 +8,7 @@ rim enter it at an angle.
 
 from collections.abc import Mapping
 from itertools import pairwise
-from math import degrees, log, log2, pi, sqrt
+from math import degrees, log, log2, sqrt
 from typing import Any
 
 import numpy as np
@@ -20,16 +20,15 @@ from tests.benchmarks.results_common import (
     Table,
     arc_over_span,
     command,
-    late,
+    moreau,
     quantity_of,
-    say,
     slip,
     solve,
+    tensions_of,
     warning_on,
     where_it_sticks,
     write,
 )
-from tests.support.scenarios import scenario_run
 
 BENDING = ("with", "without")
 RIGIDITY = 1.52e5  # N
@@ -46,11 +45,10 @@ IDLE = (
 RECORDED = "output.channels=['pulley_speed', 'pulley_index', 'sticking', 'tension']"
 
 
-def _belt(base: str, bending: str, bodies: int, duration: float, *overrides: str) -> Record:
-    say(f"  {base}, {bodies} bodies, {bending} bending, {' '.join(overrides)}")
-    settings = (f"mechanism.belt.bodies={bodies}", f"solver.duration={duration}", *overrides)
+def bent(bending: str, bodies: int, duration: float, *overrides: str) -> Record:
+    """Run `belt_drive` with bending or without."""
     without = () if bending == "with" else ("bending",)
-    return solve(base, "solver.backend=moreau", *settings, without=without)
+    return moreau("belt_drive", bodies, f"solver.duration={duration}", *overrides, without=without)
 
 
 def spans(channels: Mapping[str, Any], which: Any) -> tuple[float, float]:
@@ -66,85 +64,6 @@ def spans(channels: Mapping[str, Any], which: Any) -> tuple[float, float]:
     return max(tensions), min(tensions)
 
 
-# Meshes without wrap factors
-
-MESHES = {  # bodies, how long it runs, s, and which pulley's speed is not given
-    "belt_drive": ((60, 90, 150, 300, 600, 1200), 3.0, 0),
-    "belt_verification": ((30, 60, 120, 240), 2.1, 1),
-}
-MESH_CHANNELS = ["pulley_speed", "pulley_angle", "pulley_index", "sticking", "tension", "y"]
-INTERVAL = 1e-3  # s
-LATE = 0.5  # of a run, after which means are taken
-BAND = 0.1  # about the frequency of crossings, of it
-
-
-def mesh() -> None:
-    """Write spans, slip and speeds over the number of bodies."""
-    rows = [
-        _mesh_row(base, bending, count)
-        for base in MESHES
-        for bending in BENDING
-        for count in MESHES[base][0]
-    ]
-    above = [
-        "Fixed steps (`moreau`, as long as they are stable); means over the second half of 3 s"
-        " (`belt_drive`) and of 2.1 s (`belt_verification`). Slip from the angles turned; scatter"
-        " is the standard deviation of the speed of the pulley whose speed is not given: of the"
-        " driver and of the driven pulley. Bodies run on to a pulley at the frequency of crossings;"
-        " what the polygon excites is the scatter within a tenth of that frequency.",
-        "Where it sticks to its driver an ideal string has the tension of the tight span, and its"
-        " slip is the elastic creep (T1 - T2)/EA.",
-        "Beyond 25.13 rad/s the resistance of `belt_drive` stays 15 N m, what the drive gives, too:"
-        " next to nothing determines the speed of a coarse mesh that is excited beyond it.",
-        "60 bodies are about the fewest for `belt_drive`: below 45 its pulleys are too small for"
-        " the turn from body to body, and the scenario is refused.",
-    ]
-    write(Table("What the number of bodies costs", above, rows), "belt_mesh")
-
-
-def _mesh_row(base: str, bending: str, count: int) -> dict[str, Any]:
-    """Return the figures of a mesh; its warning alone if the run failed."""
-    _, duration, free = MESHES[base]
-    recorded = f"output.interval={INTERVAL}", f"output.channels={MESH_CHANNELS}"
-    record = _belt(base, bending, count, duration, "mechanism.belt.wrap=polygon", *recorded)
-    row = {"scenario": base, "bending": bending, "bodies": count}
-    if record.status != "done":
-        return row | {"warning": warning_on(record)}
-    which = late(record, LATE)
-    speed = record.channels["pulley_speed"][which]
-    turned = np.ptp(record.channels["pulley_angle"][which], axis=0)
-    tight, slack = spans(record.channels, which)
-    slipped = float(1.0 - turned[1] / turned[0])
-    mechanism = scenario_run(record).mechanism
-    creep = (tight - slack) / mechanism.belt.axial_rigidity
-    first, second = mechanism.pulleys
-    length = 2.0 * (pi * first.radius + second.center[0] - first.center[0])
-    crossings = abs(float(np.mean(speed[:, 0]))) * first.radius * count / length
-    return row | {
-        "tight span [N]": tight,
-        "slack span [N]": slack,
-        "slip [%]": 100.0 * slipped,
-        "where it sticks to the driver [N]": where_it_sticks(record, LATE),
-        "slip over elastic creep": slipped / creep,
-        "driven speed [rad/s]": float(np.mean(speed[:, 1])),
-        "scatter [rad/s]": float(np.std(speed[:, free])),
-        "crossings [Hz]": crossings,
-        "rms at crossings [rad/s]": _rms_about(crossings, speed[:, free]),
-        "wall time [s]": record.statistics.wall_seconds,
-        "warning": warning_on(record),
-    }
-
-
-def _rms_about(frequency: float, values: Any) -> float:
-    """Return the root mean square in a band; nan where the samples are too far apart for it."""
-    if (1.0 + BAND) * frequency > 0.5 / INTERVAL:
-        return float("nan")
-    window = np.hanning(len(values))
-    power = np.abs(np.fft.rfft(window * (values - np.mean(values)))) ** 2
-    near = np.abs(np.fft.rfftfreq(len(values), INTERVAL) - frequency) <= BAND * frequency
-    return float(np.sqrt(2.0 * np.sum(power[near]) / (len(values) * np.sum(window**2))))
-
-
 # Wrap factors
 
 WRAPPED = (60, 100, 150, 300, 600, 1200)  # bodies
@@ -154,6 +73,7 @@ DURATIONS, FINE, OF_FINE = (2.0, 2.0), 1200, (1.2, 0.8)
 
 
 RATIO, OFF = "slip over elastic creep", "off its limit [%]"
+STUCK = "tension where it sticks to the driver, over T1"
 
 
 def wrap() -> None:
@@ -187,24 +107,28 @@ def wrap() -> None:
 def _wrapped(model: str, bending: str, count: int) -> dict[str, Any]:
     """Return the figures of a mesh, loaded and without load; nan in the place of its error."""
     loaded, idle = (
-        _belt("belt_drive", bending, count, time, f"mechanism.belt.wrap={model}", *drive, RECORDED)
+        bent(bending, count, time, f"mechanism.belt.wrap={model}", *drive, RECORDED)
         for time, drive in zip(OF_FINE if count >= FINE else DURATIONS, (LOAD, IDLE), strict=True)
     )
-    tight, slack = quantity_of(loaded, "tension_tight"), quantity_of(loaded, "tension_slack")
     return {
         "model": model,
         "bending": bending,
         "bodies": count,
-        "T1 [N]": tight,
-        "T2 [N]": slack,
-        "T1 - T2 [N]": tight - slack,
-        RATIO: slip(loaded) * RIGIDITY / (tight - slack),
+        **_loaded(loaded, True),
         OFF: float("nan"),
-        "tension where it sticks to the driver, over T1": where_it_sticks(loaded) / tight,
+        STUCK: where_it_sticks(loaded) / quantity_of(loaded, "tension_tight"),
         "unloaded: arc over span": arc_over_span(idle),
         "unloaded: slip [%]": 100.0 * slip(idle),
         "warning": warning_on(loaded) or warning_on(idle),
     }
+
+
+def _loaded(done: Record, with_force: bool) -> dict[str, float]:
+    """Return the tensions of the spans, and the slip over that of a string."""
+    tight, slack = tensions_of(done)
+    force = {"T1 - T2 [N]": tight - slack} if with_force else {}
+    ratio = slip(done) * RIGIDITY / (tight - slack)
+    return {"T1 [N]": tight, "T2 [N]": slack, **force, RATIO: ratio}
 
 
 def _limit(family: list[dict[str, Any]]) -> float:
@@ -274,18 +198,15 @@ def _seat_row(bodies: int, bending: str, stiffness: int) -> dict[str, Any]:
         f"effects.contact.damping={sqrt(stiffness) * DAMPING!r}",
         f"effects.contact.p_max={P_MAX * _depth(stiffness) / _depth(1.0)!r}",
     )
-    record = _belt("belt_drive", bending, bodies, DURATION, *contact, *LOAD, RECORDED)
-    tight, slack = quantity_of(record, "tension_tight"), quantity_of(record, "tension_slack")
+    record = bent(bending, bodies, DURATION, *contact, *LOAD, RECORDED)
     return {
         "stiffness over the paper's": stiffness,
         "bodies": bodies,
         "bending": bending,
         "depth at rest [mm]": 1e3 * _depth(stiffness),
         "angle of entry [deg]": degrees(sqrt(_depth(stiffness) / RADIUS)),
-        "T1 [N]": tight,
-        "T2 [N]": slack,
-        "slip over elastic creep": slip(record) * RIGIDITY / (tight - slack),
-        "tension where it sticks to the driver, over T1": where_it_sticks(record) / tight,
+        **_loaded(record, False),
+        STUCK: where_it_sticks(record) / quantity_of(record, "tension_tight"),
         "step [us]": 1e6 * DURATION / record.statistics.steps,
         "warning": warning_on(record),
     }

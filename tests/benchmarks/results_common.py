@@ -63,10 +63,22 @@ def solve(base: str, *overrides: str, without: Iterable[str] = ()) -> Record:
     return run(validate(data, SCENARIOS), lambda t: None)
 
 
+def moreau(base: str, bodies: int, *overrides: str, without: Iterable[str] = ()) -> Record:
+    """Run a shipped belt with fixed steps and a number of bodies."""
+    say(f"  {base}, {bodies} bodies {' '.join(overrides)}")
+    settings = "solver.backend=moreau", f"mechanism.belt.bodies={bodies}"
+    return solve(base, *settings, *overrides, without=without)
+
+
 def quantity_of(result: Record, name: str) -> float:
     """Return a figure of a run; nan where there is none."""
     quantity = result.quantities.get(name)
     return float("nan") if quantity is None or quantity.value is None else quantity.value
+
+
+def tensions_of(result: Record) -> tuple[float, float]:
+    """Return the tensions of the tight and of the slack span of a run, N."""
+    return quantity_of(result, "tension_tight"), quantity_of(result, "tension_slack")
 
 
 def warning_on(record: Record) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 
 from frictionsim.results import Record
 from frictionsim.simulation.simulate import run
-from tests.benchmarks.results_common import Table, quantity_of, say, warning_on, write
+from tests.benchmarks.results_common import Table, quantity_of, say, tensions_of, warning_on, write
 from tests.support.belt_scenarios import scenario_of
 from tests.support.drawn_belts import drawn
 from tests.support.drawn_drives import drawn_drive, scenario_of_drive, steady
@@ -46,14 +46,13 @@ def errors_of(seed: int, points: int) -> dict[str, list[float]]:
     drive = drawn_drive(seed)
     exact, done = steady(drive), run(scenario_of(scenario_of_drive(drive, points)), lambda t: None)
     assert not warning_on(done), warning_on(done)
+    tight, slack = tensions_of(done)
+    names = zip(("driver", "driven"), exact.adhesion, strict=True)
     errors = {
         "creep": [quantity_of(done, "slip_percent") / exact.creep - 100.0],
-        "tension_tight": [100.0 * (quantity_of(done, "tension_tight") / exact.tight - 1.0)],
-        "tension_slack": [100.0 * (quantity_of(done, "tension_slack") / exact.slack - 1.0)],
-        "adhesion_arc": [
-            quantity_of(done, f"adhesion_arc_{name}") - arc
-            for name, arc in zip(("driver", "driven"), exact.adhesion, strict=True)
-        ],
+        "tension_tight": [100.0 * (tight / exact.tight - 1.0)],
+        "tension_slack": [100.0 * (slack / exact.slack - 1.0)],
+        "adhesion_arc": [quantity_of(done, f"adhesion_arc_{name}") - arc for name, arc in names],
     }
     say(f"  {points} points, drive {seed}: {errors} {done.warnings}")
     return errors

@@ -12,7 +12,7 @@ from math import pi, tanh
 from typing import Any
 
 from frictionsim.results import Record
-from tests.benchmarks.results_common import Table, quantity_of, say, solve, warning_on, write
+from tests.benchmarks.results_common import Table, moreau, quantity_of, say, warning_on, write
 from tests.support.belt_closed_forms import SECTION_4, creep
 from tests.support.belt_scenarios import CONTINUED
 
@@ -78,11 +78,10 @@ def _row(model: str, torque: float) -> dict[str, Any]:
 def _solved(model: str, torque: float, pretension: float) -> Record:
     base, bodies = MODELS[model]
     duration = DURATIONS[0 if model == "guided" or torque <= SLOW else 1]
-    return solve(
+    return moreau(
         base,
-        "solver.backend=moreau",
+        bodies,
         f"solver.duration={duration}",
-        f"mechanism.belt.bodies={bodies}",
         f"mechanism.belt.pretension={pretension!r}",
         f"drive.driver.torque={{time = [0.0, 0.3], value = [0.0, {-torque}]}}",
         f"drive.driven.torque={{speed = {CONTINUED['speed']}, value = {CONTINUED['value']}}}",

@@ -18,10 +18,11 @@ from tests.benchmarks.results_belts import IDLE, LOAD, RECORDED
 from tests.benchmarks.results_common import (
     RESULTS,
     arc_over_span,
+    moreau,
     quantity_of,
     say,
     slip,
-    solve,
+    tensions_of,
     warning_on,
     where_it_sticks,
 )
@@ -64,10 +65,8 @@ def run(
     without: tuple[str, ...] = (),
 ) -> Record:
     """Run a shipped scenario with a model."""
-    settings = ("solver.backend=moreau", f"mechanism.belt.bodies={bodies}", *model.overrides)
     kept = [key for key in overrides if not (model.guided and key.startswith("effects.contact"))]
-    say(f"  {model.name}, {bodies} bodies")
-    done = solve(base, *settings, *kept, without={*without, *model.without})
+    done = moreau(base, bodies, *model.overrides, *kept, without={*without, *model.without})
     assert done.status == "done", done.reason
     return done
 
@@ -104,7 +103,7 @@ def drive() -> list[Row]:
 def _drive_row(model: Model, bodies: int) -> Row:
     loaded = run(model, bodies, *LOADED, without=("bending",))
     idle = run(model, bodies, *UNLOADED, without=("bending",))
-    tight, slack = quantity_of(loaded, "tension_tight"), quantity_of(loaded, "tension_slack")
+    tight, slack = tensions_of(loaded)
     arcs = [quantity_of(loaded, f"{arc}_arc_driver") for arc in ("adhesion", "contact")]
     return (
         *(model.name, bodies, tight, slack, tight - slack),
@@ -137,7 +136,7 @@ def _slip_row(model: Model, bends: bool, bodies: int, speed: float) -> Row:
         "solver.duration=0.3",
         without=() if bends else ("bending",),
     )
-    tight, slack = quantity_of(done, "tension_tight"), quantity_of(done, "tension_slack")
+    tight, slack = tensions_of(done)
     momentum = SECTION_4.mass * speed**2
     ratio = (tight - momentum) / (slack - momentum)
     exact = capstan(SLIPPING, pi)

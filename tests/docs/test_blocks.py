@@ -35,6 +35,7 @@ from tests.docs.pages import PAGES, Block, blocks
 from tests.support.plugins import install
 from tests.support.scenarios import ROOT, SCENARIOS, in_this_process
 
+Done = subprocess.CompletedProcess[str]
 RUNNABLE = [page for page in PAGES if any(not b.skipped for b in blocks(page))]
 INSTALLED = re.compile(r"^<!-- installed: (\S+) -->$", re.MULTILINE)
 PLAIN = re.compile(r"frictionsim [^|<>$;&*`~(]*")
@@ -47,24 +48,19 @@ RELATIVE, ABSOLUTE = 1e-6, 1e-9
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Go to a folder with the scenarios, where the commands are those of this Python."""
     shutil.copytree(SCENARIOS, tmp_path / "scenarios")
-    commands = tmp_path / ".commands"
-    commands.mkdir()
+    (tmp_path / ".commands").mkdir()
     for name, arguments in (("frictionsim", "-m frictionsim"), ("python", "")):
-        command = commands / name
+        command = tmp_path / ".commands" / name
         command.write_text(f'#!/bin/sh\nexec "{sys.executable}" {arguments} "$@"\n')
         command.chmod(0o755)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("PATH", f"{commands}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.setenv("PATH", f"{tmp_path / '.commands'}{os.pathsep}{os.environ['PATH']}")
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     return tmp_path
 
 
 @pytest.mark.parametrize(
-    "page",
-    [
-        page if page == "README.md" else pytest.param(page, marks=pytest.mark.slow)
-        for page in RUNNABLE
-    ],
+    "page", [p if p == "README.md" else pytest.param(p, marks=pytest.mark.slow) for p in RUNNABLE]
 )
 def test_the_blocks_of_a_page_run(
     page: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -74,7 +70,7 @@ def test_the_blocks_of_a_page_run(
         shutil.copytree(ROOT / project, folder / project)
         site = install(folder / project, folder / ".site")
         monkeypatch.setenv("PYTHONPATH", f"{ROOT}{os.pathsep}{site}")
-    last: subprocess.CompletedProcess[str] | None = None
+    last: Done | None = None
     names: dict[str, Any] = {"__name__": "__main__"}
     for block in blocks(page):
         if block.skipped:
@@ -83,24 +79,19 @@ def test_the_blocks_of_a_page_run(
             last = run_commands(block, None if installed else capsys)
         elif block.language == "text":
             assert last is not None, f"{block.place}: no commands before this output"
-            printed = {"output": last.stdout, "stderr": last.stderr}[block.mark]
-            assert_printed(block, printed)
+            assert_printed(block, {"output": last.stdout, "stderr": last.stderr}[block.mark])
         elif block.mark.startswith("study: "):
             Path(block.mark.removeprefix("study: ")).write_text(block.text, encoding="utf-8")
         elif block.language == "toml":
             fs.load(scenario_of(block), folder=SCENARIOS)
         elif block.language == "python":
-            last = run_python(block, names)
+            with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
+                # With the names of the blocks before it, as cells of a notebook.
+                exec(compile(block.text, block.place, "exec"), names)
+            last = subprocess.CompletedProcess([], 0, out.getvalue(), err.getvalue())
         else:
             pytest.fail(f"{block.place}: nothing tests a block of '{block.language}'")
     assert not unknown_to_git(folder), "add them to .gitignore"
-
-
-def run_python(block: Block, names: dict[str, Any]) -> "subprocess.CompletedProcess[str]":
-    """Run Python with the names of the blocks before it, as cells of a notebook."""
-    with redirect_stdout(StringIO()) as out, redirect_stderr(StringIO()) as err:
-        exec(compile(block.text, block.place, "exec"), names)
-    return subprocess.CompletedProcess([], 0, out.getvalue(), err.getvalue())
 
 
 def unknown_to_git(folder: Path) -> list[str]:
@@ -109,18 +100,14 @@ def unknown_to_git(folder: Path) -> list[str]:
         return []
     files = [str(p.relative_to(folder)) for p in sorted(folder.rglob("*")) if p.is_file()]
     made = [name for name in files if not name.startswith(".")]
-    done = [
-        subprocess.run(
-            ["git", "-C", ROOT, *command, *made], capture_output=True, text=True, check=False
-        )
-        for command in (("ls-files", "--"), ("check-ignore", "--"))
-    ]
-    return sorted(set(made) - {name for run in done for name in run.stdout.splitlines()})
+    known = set()
+    for command in ("ls-files", "check-ignore"):
+        line = ["git", "-C", str(ROOT), command, "--", *made]
+        known |= {*subprocess.run(line, capture_output=True, text=True).stdout.splitlines()}
+    return sorted(set(made) - known)
 
 
-def run_commands(
-    block: Block, capsys: pytest.CaptureFixture[str] | None
-) -> "subprocess.CompletedProcess[str]":
+def run_commands(block: Block, capsys: pytest.CaptureFixture[str] | None) -> Done:
     """Run the commands of a block; each but the last ends with 0.
 
     With `capsys` those of frictionsim alone, which need no shell, are run in this process.
@@ -132,10 +119,8 @@ def run_commands(
         out, err = "".join(run.stdout for run in runs), "".join(run.stderr for run in runs)
         done = subprocess.CompletedProcess(lines, runs[-1].returncode, out, err)
     else:
-        done = subprocess.run(
-            ["bash", "-euo", "pipefail", "-c", block.text],
-            capture_output=True, text=True, timeout=300, check=False,
-        )  # fmt: skip
+        line = ["bash", "-euo", "pipefail", "-c", block.text]
+        done = subprocess.run(line, capture_output=True, text=True, timeout=300)
     code = re.fullmatch(r"exit code (\d+)", block.mark)
     wanted = int(code[1]) if code else 0
     assert done.returncode == wanted, f"{block.place}: {done.returncode}\n{done.stderr}"
@@ -148,8 +133,7 @@ def assert_printed(block: Block, printed: str) -> None:
     if ["..."] in shown:
         cut = shown.index(["..."])
         tail = len(shown) - cut - 1
-        shown = shown[:cut] + shown[cut + 1 :]
-        actual = actual[:cut] + actual[len(actual) - tail :]
+        shown, actual = shown[:cut] + shown[cut + 1 :], actual[:cut] + actual[len(actual) - tail :]
     assert len(shown) == len(actual), f"{block.place}: this is printed now:\n{printed}"
     for expected, got in zip(shown, actual, strict=True):
         agree = len(expected) == len(got) and all(map(same, expected, got))
@@ -163,10 +147,9 @@ def words(text: str) -> list[list[str]]:
 def same(expected: str, got: str) -> bool:
     """Tell whether two words agree, numbers but for their roundings."""
     try:
-        a, b = float(expected), float(got)
+        return math.isclose(float(expected), float(got), rel_tol=RELATIVE, abs_tol=ABSOLUTE)
     except ValueError:
         return expected == got
-    return math.isclose(a, b, rel_tol=RELATIVE, abs_tol=ABSOLUTE)
 
 
 def scenario_of(block: Block) -> dict[str, Any]:
@@ -180,18 +163,8 @@ def scenario_of(block: Block) -> dict[str, Any]:
 
 
 def merged(under: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
-    both = dict(under)
-    for key, value in over.items():
-        inner = both.get(key)
-        joined = (
-            merged(inner, value) if isinstance(inner, dict) and isinstance(value, dict) else value
-        )
-        both[key] = joined
+    both = under | over
+    for key in under.keys() & over.keys():
+        if isinstance(under[key], dict) and isinstance(over[key], dict):
+            both[key] = merged(under[key], over[key])
     return both
-
-
-def test_a_skipped_block_says_why() -> None:
-    for page in PAGES:
-        for block in blocks(page):
-            if block.mark.startswith("not run"):
-                assert len(block.mark) > len("not run: ") + 5, block.place

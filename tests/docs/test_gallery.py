@@ -53,25 +53,6 @@ def test_a_picture_is_there_and_small_and_its_commands_are_known(picture: galler
         assert name in ("new", "solve", "sweep", "cost", "fit", "plot", "report", "show")
 
 
-def test_each_kind_has_a_report_at_a_telling_time() -> None:
-    reports = {p.file: p for p in gallery.REPORTS}
-    drawn = [*INVENTORY["views"], *gallery.MORE_VIEWS]
-    for name in drawn:
-        picture = reports[f"report_{name}.png"]
-        assert picture.commands[-1] == f"frictionsim report results/{gallery.DRAWN[name][0]}.h5"
-        assert picture.time
-    assert all("--width 84mm --style paper" in p.commands[-1] for p in gallery.PAPERS)
-
-
-def test_the_gallery_has_a_comparison_an_overlay_and_motion() -> None:
-    for words in (
-        r"frictionsim report \S+\.h5 \S+\.h5 -o",
-        r"frictionsim plot \S+\.h5 \S+\.h5 -o",
-        r"frictionsim plot .* --animate \S+\.gif",
-    ):
-        assert any(re.match(words, picture.shown[-1]) for picture in gallery.GALLERY), words
-
-
 def test_no_picture_is_left_over_and_all_are_small() -> None:
     files = list(gallery.PICTURES.iterdir())
     assert {path.name for path in files} == {picture.file for picture in gallery.GALLERY}

@@ -4,14 +4,11 @@ That the page has what its commands print now, the test of generated parts of pa
 """
 
 import re
-import shlex
 import sys
-from pathlib import Path
 
 import pytest
 
 import frictionsim as fs
-from frictionsim.errors import EXIT_BUDGET_EXCEEDED, EXIT_DONE
 from tests.docs.pages import DOCS, INVENTORY
 
 sys.path.insert(0, str(DOCS / "_ext"))
@@ -46,19 +43,6 @@ def test_commands_and_their_scenarios_and_views_are_there(row: dict) -> None:
         assert options[options.index("--view") + 1] in INVENTORY["views"][kind]
     for flag in [option for option in options if option.startswith("--")]:
         assert any(flag in known for known in INVENTORY["commands"][verb]), flag
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "command",
-    sorted(
-        {r["command"] for r in ROWS if "read" not in r and r.get("command", "").startswith("solve")}
-    ),
-)
-def test_runs_without_a_number_begin(command: str, tmp_path: Path) -> None:
-    """A belt takes half a minute or more: that it starts is what the page needs."""
-    arguments = [*shlex.split(command), "-o", str(tmp_path / "a.h5"), "--max-steps", "2000"]
-    assert fs.run_command_line(arguments) in (EXIT_DONE, EXIT_BUDGET_EXCEEDED)
 
 
 def test_each_row_says_how_it_is_shown_or_why_not() -> None:

@@ -48,13 +48,6 @@ def test_at_an_event_the_value_is_that_after_it() -> None:
     assert channels["friction_torque"][1] == float(sides["friction_torque_after"][0])
 
 
-def test_a_run_ends_with_the_data_and_gives_the_same() -> None:
-    scenario, times = loaded(), [0.0, 0.3, 0.7, 1.13]
-    short = sampled(scenario, times, "angle")["angle"]
-    whole = sampled(scenario, [*times, 3.0], "angle")["angle"]
-    assert short == pytest.approx(whole[:-1], rel=1e-9)
-
-
 def test_a_mechanism_without_friction_and_scipy_sample_too() -> None:
     times = [0.111, 0.5, 0.987]
     keys = {"effects__shaft_friction": None, "solver__duration": 1.0}

@@ -1,21 +1,16 @@
-"""Sweeps made of closed forms, without runs: written as their file, and read again."""
+"""Sweeps made of closed forms, without runs."""
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-import h5py
 import numpy as np
 from scipy import stats
 from scipy.stats import qmc
 
-import frictionsim as fs
+from frictionsim.io.sweep_table import TEXTS, Coordinate, SweepTable
 
 Function = Callable[..., Any]
-# The values of `status` in a file.
-STATUSES = {"not_run": 0, "done": 1, "failed": 2, "audit_failed": 3}
-NOT_RUN, DONE, FAILED, AUDIT_FAILED = STATUSES.values()
+NOT_RUN, DONE, FAILED, AUDIT_FAILED = range(4)  # the values of `status` in a file
 
 
 class Sampling(NamedTuple):
@@ -51,11 +46,8 @@ def points_of(width: int, sampling: Sampling) -> Any:
     if not sampling.indices:
         return points
     a, b = points[:, :width], points[:, width:]
-    blocks = [a, b]
-    for column in range(width):
-        blocks.append(a.copy())
-        blocks[-1][:, column] = b[:, column]
-    return np.concatenate(blocks)
+    mixed = [np.where(np.arange(width) == column, b, a) for column in range(width)]
+    return np.concatenate([a, b, *mixed])
 
 
 def sample_of(vary: Mapping[str, str], functions: Mapping[str, Function], sampling: Any) -> Any:
@@ -67,9 +59,8 @@ def sample_of(vary: Mapping[str, str], functions: Mapping[str, Function], sampli
         f'[study]\nscenario = "none.toml"\nsample = {sampling.runs}\nmethod = "{sampling.method}"\n'
         f"seed = {sampling.seed}\nindices = {str(sampling.indices).lower()}\n[vary]\n"
     )
-    outputs = {name: function(*columns) for name, function in functions.items()}
     varied = dict(zip(vary, columns, strict=True))
-    return _table("sample", study + "\n".join(lines), {"run": len(points)}, varied, outputs)
+    return _table("sample", study + "\n".join(lines), {"run": len(points)}, varied, functions)
 
 
 def grid_of(
@@ -77,14 +68,10 @@ def grid_of(
 ) -> Any:
     """Return all combinations of values, or with the design "zip" the values together."""
     varied = {key: _array(values) for key, values in vary.items()}
-    if design == "grid":
-        dimensions = {key: len(values) for key, values in varied.items()}
-        columns = [c.ravel() for c in np.meshgrid(*varied.values(), indexing="ij")]
-    else:
-        columns = list(varied.values())
-        dimensions = {"run": len(columns[0])}
-    outputs = {name: function(*columns) for name, function in functions.items()}
-    return _table(design, "", dimensions, varied, outputs)
+    if design == "zip":
+        return _table(design, "", {"run": len(next(iter(varied.values())))}, varied, functions)
+    sizes = {key: len(values) for key, values in varied.items()}
+    return _table(design, "", sizes, varied, functions)
 
 
 def _array(values: Sequence[Any]) -> Any:
@@ -104,50 +91,25 @@ def _table(
     study: str,
     dimensions: dict[str, int],
     varied: dict[str, Any],
-    values: dict[str, Any],
-) -> Any:
+    functions: Mapping[str, Function],
+) -> SweepTable:
     """Return the table of a sweep in which all runs are done."""
     attributes = {"study": study, "source": "a.toml", "kind": "pulley", "title": "A sweep"}
     attributes |= {"design": design, "status": "done"}
     attributes |= dict.fromkeys(("frictionsim_version", "scenario", "overrides", "reason"), "")
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "s.h5"
-        with h5py.File(path, "w", track_order=True) as file:
-            file.attrs["sweep_version"] = 1
-            for name, text in attributes.items():
-                file.attrs[name] = text
-            _fill(file, dimensions, varied, values)
-        table = fs.open_sweep(path).table
-    # In memory truth values are kept; their file has 0 and 1.
-    truths = {key: column for key, column in varied.items() if column.dtype == np.bool_}
-    made = {key: table.coordinates[key]._replace(values=column) for key, column in truths.items()}
-    return table._replace(coordinates=table.coordinates | made)
-
-
-def _fill(
-    file: h5py.File, dimensions: dict[str, int], varied: dict[str, Any], values: dict[str, Any]
-) -> None:
-    shape = tuple(dimensions.values())
-    if "run" in dimensions:
-        file["run"] = np.arange(*shape)
+    columns, coordinates = list(varied.values()), {}
+    if "run" not in dimensions:
+        columns = [column.ravel() for column in np.meshgrid(*columns, indexing="ij")]
     for key, column in varied.items():
-        numbers = column.dtype != object
-        stored = column.astype(np.int8) if column.dtype == np.bool_ else column
-        file.create_dataset(key, data=stored, dtype=None if numbers else h5py.string_dtype())
-        file[key].attrs["long_name"] = key
-        if numbers:
-            file[key].attrs["units"] = "m"
-    for name in dimensions:
-        file[name].make_scale(name)
-    for name, column in values.items():
-        file[name] = np.broadcast_to(column, np.prod(shape)).astype(float).reshape(shape)
-        file[name].attrs["units"] = "N m"
-    file["status"] = np.full(shape, DONE, dtype=np.int8)
-    file["status"].attrs["flag_values"] = np.array(list(STATUSES.values()), dtype=np.int8)
-    file["status"].attrs["flag_meanings"] = " ".join(STATUSES)
-    file["status"].attrs["coordinates"] = " ".join(varied)
-    for name in ("failure", "reason", "warnings"):
-        file.create_dataset(name, data=np.full(shape, "", object), dtype=h5py.string_dtype())
-    for name in ("status", *values):
-        for axis, dimension in enumerate(dimensions):
-            file[name].dims[axis].attach_scale(file[dimension])
+        is_text = column.dtype == object
+        values, unit = (column.tolist(), "") if is_text else (column, "m")
+        dimension = "run" if "run" in dimensions else key
+        coordinates[key] = Coordinate(dimension, values, unit, key)
+    runs = int(np.prod([*dimensions.values()]))
+    quantities = {
+        name: np.broadcast_to(function(*columns), runs).astype(float)
+        for name, function in functions.items()
+    }
+    units, status = dict.fromkeys(functions, "N m"), np.full(runs, DONE, dtype=np.int8)
+    texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
+    return SweepTable(attributes, dimensions, coordinates, units, quantities, status, texts)

@@ -53,13 +53,6 @@ def test_a_worker_that_is_killed_costs_nothing(cluster: Any, tmp_path: Path, cap
     assert sorted(os.listdir(tmp_path)) == ["serial.h5", "spread.h5"]
 
 
-def test_a_combination_that_is_not_valid_is_one_sentence(cluster: Any, tmp_path: Path) -> None:
-    address, output = cluster.scheduler_address, tmp_path / "s.h5"
-    with pytest.raises(fs.InputError, match=r"vary: mechanism.load=-1.0 is not valid"):
-        fs.sweep(PULLEY, {LOAD: [2000.0, -1.0]}, LOOSE, output=output, dask=address)
-    assert os.listdir(tmp_path) == []
-
-
 @pytest.mark.slow
 def test_a_worker_of_another_version_is_refused(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
@@ -113,13 +106,3 @@ def test_a_lost_scheduler_ends_the_sweep_which_goes_on(tmp_path: Path) -> None:
     assert ended.value.exit_code == 5
     assert "dask: lost the connection to the scheduler" in str(ended.value)
     assert fs.resume_sweep(tmp_path / "s.partial.runs", workers=2).status == "done"
-
-
-def test_a_missing_extra_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(fs.InputError) as refused:
-        fs.sweep(PULLEY, VARY, LOOSE, dask="local:2")
-    assert str(refused.value) == (
-        "dask: the package distributed is not installed; install it with"
-        " pip install 'frictionsim[dask]'"
-    )

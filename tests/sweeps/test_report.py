@@ -44,16 +44,6 @@ def test_each_run_is_a_line_with_all_digits(tmp_path: Path) -> None:
     assert len(rows) == 8
 
 
-def test_pandas_reads_the_table_with_units(tmp_path: Path) -> None:
-    pandas = pytest.importorskip("pandas")
-    table = grid_of({"a": [0.1, 0.2, 0.3]}, {"f": lambda a: np.where(a > 0.15, 1.0 / a, np.nan)})
-    write_csv(table, tmp_path / "s.csv")
-    frame = pandas.read_csv(tmp_path / "s.csv")
-    np.testing.assert_array_equal(frame["f [N m]"], table.values["f"])
-    np.testing.assert_array_equal(frame["a [m]"], [0.1, 0.2, 0.3])
-    assert frame["status"].tolist() == ["done"] * 3
-
-
 def test_text_with_quotes_lines_and_formulas_stays_in_its_cell(tmp_path: Path) -> None:
     table = grid_of({"word": ["=1+1", 'a "b", c']}, {"f": lambda word: 1.0})
     table = with_outcomes(table, {1: FAILED})
@@ -65,11 +55,6 @@ def test_text_with_quotes_lines_and_formulas_stays_in_its_cell(tmp_path: Path) -
         ["0", "'=1+1", "1.0", "done", "", "", "first\nsecond"],
         ["1", 'a "b", c', "1.0", "failed", "diverged", '\'@a, "b"', ""],
     ]
-
-
-def test_truth_values_are_those_of_the_file(tmp_path: Path) -> None:
-    write_csv(grid_of({"on": [False, True]}, {"f": lambda on: 1.0}), tmp_path / "s.csv")
-    assert [row[1] for row in rows_of(tmp_path / "s.csv")[1:]] == ["0", "1"]
 
 
 def test_it_replaces_such_a_table_only(
@@ -90,6 +75,11 @@ def test_it_replaces_such_a_table_only(
     path.write_text("")
     write_csv(table, path)
     assert path.read_bytes() == before
+
+
+def test_truth_values_are_those_of_the_file(tmp_path: Path) -> None:
+    write_csv(grid_of({"on": [False, True]}, {"f": lambda on: 1.0}), tmp_path / "s.csv")
+    assert [row[1] for row in rows_of(tmp_path / "s.csv")[1:]] == ["0", "1"]
 
 
 def test_many_runs_are_written_in_parts(tmp_path: Path) -> None:

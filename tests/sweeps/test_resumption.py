@@ -3,7 +3,6 @@
 import json
 import os
 import random
-import signal
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -73,12 +72,14 @@ def test_an_interrupted_sweep_is_resumed_to_the_same_bytes(whole: bytes, tmp_pat
     assert (partial.status, partial.exit_code) == ("interrupted", 130)
     assert partial.reason == f"interrupted by SIGINT after {done} of 12 runs"
     assert partial.missing_runs.startswith(f"sweep interrupted: {12 - done} of 12 runs are left")
-    assert np.isfinite(partial["final_angle"]).values.tolist() == [True] * done + [False] * (
-        12 - done
-    )
+    known = np.isfinite(partial["final_angle"]).values.tolist()
+    assert known == [True] * done + [False] * (12 - done)
     assert fs.plot(part).axes
-    with pytest.raises(KeyboardInterrupt):
-        fs.resume_sweep(path, workers=1, progress=after(done + 1))
+    error = ZeroDivisionError("of the user")
+    with pytest.raises(ZeroDivisionError) as caught:
+        fs.resume_sweep(path, workers=1, progress=after(done + 1, error))
+    assert caught.value is error
+    assert fs.open_sweep(part).reason.startswith("stopped by an error (ZeroDivisionError) after ")
     assert runs_done(part) > done
     fs.resume_sweep(path, workers=2)  # with another number of workers
     assert path.read_bytes() == whole
@@ -116,7 +117,7 @@ def test_lines_that_are_torn_or_damaged_are_run_again(whole: bytes, tmp_path: Pa
     full = runs_done(part)
     flipped = bytearray(content)
     flipped[len(first) + len(blocks[0]) // 2] ^= 1
-    cuts = [rng.randrange(len(first), len(content)) for _ in range(6)]
+    cuts = [rng.randrange(len(first), len(content)) for _ in range(2)]
     for changed in (flipped, first, *(content[:cut] for cut in cuts)):
         part.write_bytes(changed)
         opened = fs.open_sweep(part).table
@@ -132,7 +133,7 @@ def test_lines_that_are_torn_or_damaged_are_run_again(whole: bytes, tmp_path: Pa
             fs.open_sweep(part)
 
 
-@pytest.mark.parametrize("content", [b"", b'{"sw', b'{"sweep_version": 1, "outp'])
+@pytest.mark.parametrize("content", [b"", b'{"sweep_version": 1, "outp'])
 def test_a_file_without_a_whole_first_line_says_that_it_holds_no_runs(
     content: bytes, tmp_path: Path
 ) -> None:
@@ -163,7 +164,6 @@ def test_two_processes_do_not_run_one_sweep(tmp_path: Path) -> None:
             assert str(refused.value) == (
                 f"{part}: another process is running this sweep now; wait for its end, or stop it"
             )
-    assert part.read_bytes() == before
     refusal = f"'frictionsim resume {part}' continues it; give another name, or remove it"
     differs = rf"\. It differs from what is given in {LOAD}"
     for vary, end in (({}, ""), ({"vary": {LOAD: [2000.0]}}, differs)):
@@ -177,22 +177,18 @@ def test_what_cannot_be_resumed_is_refused(whole: bytes, tmp_path: Path) -> None
     with pytest.raises(fs.InputError, match="this sweep is done; there is nothing to resume"):
         fs.resume_sweep(tmp_path / "done.h5")
     part = interrupted(tmp_path)
+    copy = fs.open_sweep(part).save(tmp_path / "copy.h5")  # for other programs
+    assert np.array_equal(fs.open_sweep(copy).table.status, fs.open_sweep(part).table.status)
+    with pytest.raises(fs.InputError, match="this is a copy of a sweep that is not done"):
+        fs.resume_sweep(copy)
     first, *blocks = part.read_bytes().splitlines(keepends=True)
     header = json.loads(first)
     del header["crc32"]
     header["attributes"]["frictionsim_version"] = "0.0.9"
     line = json.dumps(header)[:-1].encode()
-    changed = b"".join([line, b', "crc32": %d}\n' % crc32(line), *blocks])
-    part.write_bytes(changed)
+    part.write_bytes(b"".join([line, b', "crc32": %d}\n' % crc32(line), *blocks]))
     with pytest.raises(fs.InputError, match=r"it was started with frictionsim 0\.0\.9, this is"):
         fs.resume_sweep(part)
-    assert part.read_bytes() == changed
-    with pytest.raises(fs.InputError, match="this is a sweep, not the result of a run"):
-        fs.open(part)
-    copy = fs.open_sweep(part).save(tmp_path / "copy.h5")  # for other programs
-    assert np.array_equal(fs.open_sweep(copy).table.status, fs.open_sweep(part).table.status)
-    with pytest.raises(fs.InputError, match="this is a copy of a sweep that is not done"):
-        fs.resume_sweep(copy)
 
 
 def test_a_sweep_goes_on_under_another_name(whole: bytes, tmp_path: Path) -> None:
@@ -219,15 +215,13 @@ def test_a_sample_is_not_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert (tmp_path / "s.h5").read_bytes() == (tmp_path / "t.h5").read_bytes()
 
 
-@pytest.mark.parametrize(
-    "vary",
-    [
-        {"solver.max_steps": [10**400, 10_000_000]},  # which no array holds
-        {"drive.force": [{"time": [0, 1], "value": [0.0, 3e3]}, 2500], LOAD: [2000, 2e3 + 1]},
-        {"title": ['a "b"', "ä, =1"], "effects.viscous_damping": ["none", {"coefficient": 0.1}]},
-    ],
-)
-def test_values_of_all_kinds_are_resumed(vary: dict[str, Any], tmp_path: Path) -> None:
+def test_values_of_all_kinds_are_resumed(tmp_path: Path) -> None:
+    vary = {
+        "solver.max_steps": [10**400, 10_000_000],  # which no array holds
+        "drive.force": [{"time": [0, 1], "value": [0.0, 3e3]}, 2500],
+        "title": ['a "b"', "ä, =1"],
+        "effects.viscous_damping": ["none", {"coefficient": 0.1}],
+    }
     sweep(tmp_path / "t.h5", vary=vary)
     part = interrupted(tmp_path, 1, vary=vary)
     assert fs.open_sweep(part).sizes == fs.open_sweep(tmp_path / "t.h5").sizes
@@ -260,32 +254,6 @@ def test_a_full_disk_keeps_what_is_done_and_says_how_to_continue(
     )
     fs.resume_sweep(part, workers=1)
     assert (tmp_path / "s.h5").read_bytes() == whole
-    assert os.listdir(tmp_path) == ["s.h5"]
-
-
-def test_an_error_in_a_sweep_keeps_what_is_done(whole: bytes, tmp_path: Path) -> None:
-    error = ZeroDivisionError("of the user")
-    with pytest.raises(ZeroDivisionError) as caught:
-        sweep(tmp_path / "s.h5", progress=after(3, error))
-    assert caught.value is error
-    reason = fs.open_sweep(tmp_path / PART).reason
-    assert reason.startswith("stopped by an error (ZeroDivisionError) after ")
-    fs.resume_sweep(tmp_path / PART, workers=1)
-    assert (tmp_path / "s.h5").read_bytes() == whole
-
-
-def test_ctrl_c_in_python_keeps_what_is_done(tmp_path: Path) -> None:
-    def press(step: Any) -> None:
-        if step.done >= 4:
-            signal.raise_signal(signal.SIGINT)
-
-    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        with pytest.raises(KeyboardInterrupt, match="of 12 runs are saved in"):
-            sweep(tmp_path / "s.h5", progress=press)
-    finally:
-        signal.signal(signal.SIGINT, handler)
-    assert 4 <= runs_done(tmp_path / PART) < 12
 
 
 def test_a_long_run_in_this_process_is_left(tmp_path: Path) -> None:
@@ -302,12 +270,17 @@ def test_a_long_run_in_this_process_is_left(tmp_path: Path) -> None:
     assert time.monotonic() - begun < 30.0
 
 
-def test_series_are_kept_and_resumed(tmp_path: Path) -> None:
+def test_series_are_kept_resumed_and_copied(tmp_path: Path) -> None:
     path, folder, vary = tmp_path / "s.h5", tmp_path / "s.series", {LOAD: [2000.0, 2100.0, 2200.0]}
-    interrupted(tmp_path, 2, keep_series=True, vary=vary)
+    part = interrupted(tmp_path, 2, keep_series=True, vary=vary)
     assert sorted(os.listdir(folder)) == ["run-0000000.h5", "run-0000001.h5", "study.toml"]
     stamp = (folder / "run-0000000.h5").stat().st_mtime_ns
+    (tmp_path / "b").mkdir()
+    other = tmp_path / "b" / "s.h5"
+    fs.resume_sweep(part, output=other, workers=1)
     swept = fs.resume_sweep(path, workers=1)
+    assert path.read_bytes() == other.read_bytes()
+    assert sorted(os.listdir(folder)) == sorted(os.listdir(tmp_path / "b" / "s.series"))
     assert (folder / "run-0000000.h5").stat().st_mtime_ns == stamp
     result = fs.open(folder / "run-0000002.h5")
     assert len(result.dataset["time"]) > 100
@@ -316,20 +289,6 @@ def test_series_are_kept_and_resumed(tmp_path: Path) -> None:
     assert np.array_equal(plain["final_angle"], swept["final_angle"])
     with pytest.raises(fs.OutputError, match="it is not a folder of the same study; move it"):
         sweep(path, keep_series=True)
-    assert path.exists()
-
-
-def test_a_series_that_cannot_be_written_ends_the_sweep(tmp_path: Path) -> None:
-    folder = tmp_path / "s.series"
-    interrupted(tmp_path, 1, keep_series=True, vary={LOAD: [2000.0, 2100.0]})
-    (folder / "run-0000001.h5").write_text("mine\n")
-    with pytest.raises(fs.OutputError) as refused:
-        fs.resume_sweep(tmp_path / PART, workers=1)
-    assert "run-0000001.h5: cannot write the result: the existing file is not a" in str(
-        refused.value
-    )
-    assert "1 of 2 runs are saved in" in str(refused.value)
-    assert (folder / "run-0000001.h5").read_text() == "mine\n"
 
 
 def test_sweeps_of_two_threads_have_workers_of_their_own() -> None:
@@ -341,40 +300,7 @@ def test_sweeps_of_two_threads_have_workers_of_their_own() -> None:
     assert (few.status, many.status, many.table.runs) == ("done", "done", 300)
 
 
-def test_a_sweep_is_resumed_in_place_however_its_path_is_spelt(
-    whole: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = interrupted(tmp_path)
-    monkeypatch.chdir(tmp_path)
-    fs.resume_sweep(path, output="s.h5")
-    assert (tmp_path / "s.h5").read_bytes() == whole
-    assert os.listdir() == ["s.h5"]
-
-
-@pytest.mark.parametrize("name", ["s.h5", "other.h5"])
-def test_a_sweep_with_series_goes_on_under_another_name(name: str, tmp_path: Path) -> None:
-    vary = {LOAD: [2000.0, 2100.0, 2200.0, 2300.0]}
-    path = interrupted(tmp_path, 2, keep_series=True, vary=vary)
-    if name == "s.h5":  # in another folder
-        (tmp_path / "b").mkdir()
-    other = tmp_path / "b" / name if name == "s.h5" else tmp_path / name
-    assert fs.resume_sweep(path, output=other, workers=1).status == "done"
-    runs = sorted(os.listdir(other.with_suffix(".series")))
-    assert runs == [*(f"run-000000{run}.h5" for run in range(4)), "study.toml"]
-    assert path.exists()
-    fs.resume_sweep(path, workers=1)
-    assert (tmp_path / "s.h5").read_bytes() == other.read_bytes()
-
-
-def test_the_results_of_another_study_are_not_copied(tmp_path: Path) -> None:
-    path = interrupted(tmp_path, keep_series=True)
-    (tmp_path / "s.series" / "study.toml").write_text("mine")
-    with pytest.raises(fs.OutputError, match="it is not a folder of the same study"):
-        fs.resume_sweep(path, output=tmp_path / "other.h5")
-    assert sorted(os.listdir(tmp_path)) == [PART, "s.series"]
-
-
-@pytest.mark.parametrize("source", ["p.toml", "study.toml", "tables.toml"])
+@pytest.mark.parametrize("source", ["p.toml", "tables.toml"])
 def test_signals_in_files_are_found_from_another_folder(
     source: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -387,15 +313,13 @@ def test_signals_in_files_are_found_from_another_folder(
     (home / "p.toml").write_text(text, encoding="utf-8")
     vary = {"drive.force": [{"csv": f"{number}.csv"} for number in range(3)]}
     table = "".join(f"{{ csv = '{number}.csv' }}, " for number in range(3))
-    varied = f"[vary]\ndrive.force = [{table}]\n"
-    (home / "study.toml").write_text(f"[study]\nscenario = 'p.toml'\n{varied}")
     tables = text[text.index("kind =") :].replace("\n[", "\n[study.scenario.")
-    (home / "tables.toml").write_text(f"[study.scenario]\n{tables}{varied}", encoding="utf-8")
+    study = f"[study.scenario]\n{tables}[vary]\ndrive.force = [{table}]\n"
+    (home / "tables.toml").write_text(study, encoding="utf-8")
     given = {"vary": vary} if source == "p.toml" else {}
-    with monkeypatch.context() as away:
-        away.chdir(tmp_path)
-        with pytest.raises(KeyboardInterrupt):
-            fs.sweep(Path("home") / source, output="s.h5", workers=1, progress=after(1), **given)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(KeyboardInterrupt):
+        fs.sweep(Path("home") / source, output="s.h5", workers=1, progress=after(1), **given)
     whole = fs.sweep(home / source, workers=1, **given)
     monkeypatch.chdir("/")
     assert fs.resume_sweep(tmp_path / PART, workers=2).equals(whole)

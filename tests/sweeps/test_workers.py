@@ -1,20 +1,20 @@
 """Worker processes: the same bytes whatever their number, and nothing lost when they die."""
 
+import multiprocessing
 import os
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 import frictionsim as fs
 from tests.support.plugins import searched
 from tests.support.scenarios import frictionsim, python
-from tests.support.sweep_files import LOAD, LOOSE, PULLEY, command
+from tests.support.sweep_files import LOAD, PULLEY, command
 from tests.support.unreliable import ANGLE, SCENARIO, unreliable
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="workers are copies, on POSIX")
@@ -42,20 +42,6 @@ def another_thread() -> Iterator[None]:
         thread.join()
 
 
-def _children() -> set[str]:
-    """Return the processes that this one has started, on Linux, but for Python's own tracker."""
-    found = set()
-    for children in Path("/proc/self/task").glob("*/children"):
-        numbers = ""
-        with suppress(OSError):  # the thread has ended
-            numbers = children.read_text()
-        for number in numbers.split():
-            with suppress(OSError):  # it has ended
-                words = Path(f"/proc/{number}/cmdline").read_bytes()
-                found |= set() if b"resource_tracker" in words else {number}
-    return found
-
-
 def test_the_file_does_not_depend_on_the_workers_and_none_outlives_its_sweep(
     tmp_path: Path,
 ) -> None:
@@ -64,10 +50,10 @@ def test_the_file_does_not_depend_on_the_workers_and_none_outlives_its_sweep(
         fs.sweep(PULLEY, vary, {"solver.rtol": 1e-4}, output=tmp_path / name, workers=workers)
         return (tmp_path / name).read_bytes()
 
-    serial, before = sweep("serial.h5", 1), _children()
+    serial = sweep("serial.h5", 1)
     with another_thread():  # workers are new interpreters
         assert sweep("new.h5", 2) == serial
-    assert _children() <= before
+    assert not multiprocessing.active_children()
     # In a process of one thread they are its copies.
     done = frictionsim(*command(40, "copies.h5", "--workers", "3"), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -92,16 +78,13 @@ def test_a_killed_worker_ends_the_sweep_which_goes_on(dying: Path, tmp_path: Pat
     with pytest.raises(fs.SolverError) as died:
         fs.sweep(SCENARIO, ANGLES, output=spread, workers=2)
     assert died.value.exit_code == 5
-    said = str(died.value)
-    assert said.startswith("a worker process was killed, perhaps for lack of memory; in progress: ")
-    assert f"run 17 ({ANGLE}=17)" in said
     done = int((fs.open_sweep(part).table.status == 1).sum())
     assert 0 < done < 40
-    assert said.endswith(
-        f"sweep interrupted: {done} of 40 runs are saved in {part}; 'frictionsim resume {part}'"
-        " continues the sweep"
+    assert str(died.value) == (
+        "a worker process was killed, perhaps for lack of memory. sweep interrupted:"
+        f" {done} of 40 runs are saved in {part}; 'frictionsim resume {part}' continues the sweep"
     )
-    with pytest.raises(fs.SolverError, match=rf"run 17 \({ANGLE}=17\)"):
+    with pytest.raises(fs.SolverError, match="a worker process was killed"):
         fs.resume_sweep(part, workers=2)
     fs.resume_sweep(part, workers=2)
     assert dying.read_text() == ""
@@ -113,12 +96,12 @@ def test_long_runs_are_left_when_a_sweep_is_interrupted(tmp_path: Path) -> None:
         if step.done:
             raise KeyboardInterrupt
 
-    begun, before = time.monotonic(), _children()
+    begun = time.monotonic()
     body = "import time", "time.sleep(600.0)"
     with searched(unreliable(tmp_path / "site", 1, *body)), pytest.raises(KeyboardInterrupt):
         fs.sweep(SCENARIO, {ANGLE: [0, 1, 2]}, output=tmp_path / "s.h5", workers=2, progress=stop)
     assert time.monotonic() - begun < 60.0
-    assert _children() <= before
+    assert not multiprocessing.active_children()
     status = fs.open_sweep(tmp_path / "s.h5").table.status
     assert status.any()
     assert status[1] == 0
@@ -137,22 +120,6 @@ def test_workers_that_cannot_start_are_reported(tmp_path: Path) -> None:
     assert "no worker process can be started; a script" in done.stderr
 
 
-def test_the_first_invalid_combination_is_named_before_any_run() -> None:
-    done = []
-    loads = [*np.linspace(2000.0, 2070.0, 200), -1.0, *range(2100, 2130), -2.0]
-    with pytest.raises(fs.InputError, match=r"vary: mechanism.load=-1.0 is not valid"):
-        fs.sweep(PULLEY, {LOAD: loads}, workers=2, progress=lambda step: done.append(step.done))
-    assert set(done) == {0}
-
-
-def test_an_error_of_the_progress_function_is_not_swallowed() -> None:
-    def broken(progress: Any) -> None:
-        raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        fs.sweep(PULLEY, {LOAD: "lin(2000, 2400, 400)"}, LOOSE, workers=2, progress=broken)
-
-
 def test_workers_use_one_thread_of_linear_algebra_and_ignore_ctrl_c(tmp_path: Path) -> None:
     said = tmp_path / "said"
     body = (
@@ -167,14 +134,3 @@ def test_workers_use_one_thread_of_linear_algebra_and_ignore_ctrl_c(tmp_path: Pa
         sweep = fs.sweep(SCENARIO, {ANGLE: [0.0, 1.0]}, workers=2)
     assert sweep["status"].values.tolist() == [1, 1]
     assert said.read_text() == "{1} MainThread"
-
-
-def test_one_worker_or_one_run_needs_no_process() -> None:
-    before, seen = _children(), set[str]()
-
-    def look(progress: Any) -> None:
-        seen.update(_children() - before)
-
-    for loads, workers in (("lin(2000, 2400, 40)", 1), ("[2000]", 8)):
-        fs.sweep(PULLEY, {LOAD: loads}, LOOSE, workers=workers, progress=look)
-    assert not seen

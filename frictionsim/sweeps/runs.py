@@ -1,4 +1,4 @@
-"""Gives the runs of a sweep to workers, and collects their outcomes.
+"""The runs of a sweep: one with only the samples that its quantities need, and all by workers.
 
 A worker makes as many of the runs that it is given as fit into a third of a second, and returns
 the outcomes of these: no duration of a run has to be known, and no block of short runs is long.
@@ -13,20 +13,25 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, NamedTuple
 
-from frictionsim.errors import WorkerDied
-from frictionsim.io.sweep_table import RunBlock
-from frictionsim.simulation.combinations import Combinations, combination_text
+from frictionsim.errors import FrictionsimError, OutputError, WorkerDied
+from frictionsim.io.names import partial_name
+from frictionsim.io.result_writer import write
+from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, RunBlock
+from frictionsim.results import failures
+from frictionsim.scenario.settings import Scenario
+from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import RunMonitor
+from frictionsim.simulation.simulate import RunSummary, run, summary_of_run
 from frictionsim.sweeps.design import Design
-from frictionsim.sweeps.outcomes import block_of
-from frictionsim.sweeps.single_run import DIGITS, NO_MONITOR, outcome_of
-from frictionsim.sweeps.workers import IDLE, InProcess, Workers, note_current
+from frictionsim.sweeps.outcomes import RunOutcome, block_of
+from frictionsim.sweeps.workers import InProcess, Workers
 
 SECONDS = 0.3  # of a block, which a kill may lose
 SECONDS_BETWEEN_TICKS = 0.1
 MOST = 1000  # runs that a worker is given at once
 PIECES = 8  # of the runs that are left for each worker, so that all end at about the same time
 CHECKED = 64  # combinations between two ticks, which take some milliseconds
+NO_MONITOR = RunMonitor()
 
 
 class Work(NamedTuple):
@@ -42,13 +47,51 @@ def run_some(
     """Make consecutive runs, of which the first number and the values are given, for some time."""
     until, outcomes = monotonic() + SECONDS, []
     for number, of_run in enumerate(values, first):
-        note_current(number)
-        target = work.series and work.series / f"run-{number:0{DIGITS}d}.h5"
-        outcomes.append(outcome_of(work.combinations, of_run, target, monitor))
+        outcomes.append(_outcome(work, number, of_run, monitor))
         if monotonic() >= until:
             break
-    note_current(IDLE)
     return block_of(first, outcomes)
+
+
+def _outcome(work: Work, number: int, values: tuple[Any, ...], monitor: RunMonitor) -> RunOutcome:
+    """Run one combination; a failed run has an outcome, too."""
+    try:
+        scenario = work.combinations.scenario(values)
+        if work.series is not None:
+            done = _summary_with_result(scenario, work.series / f"run-{number:07d}.h5", monitor)
+        else:
+            reduced = _without_samples(scenario)
+            done = summary_of_run(reduced, monitor)
+            if done.status == "failed" and reduced is not scenario:
+                done = summary_of_run(scenario, monitor)  # with the samples up to the failure
+    except OutputError:
+        raise
+    except FrictionsimError as error:
+        return RunOutcome(FAILED, {}, getattr(error, "failure", ""), str(error))
+    except Exception as error:  # the study continues, and reports the error of this run
+        reason = f"internal error: {type(error).__name__}: {error}".replace("\n", " ")
+        return RunOutcome(FAILED, {}, "internal_error", reason)
+    status = FAILED if done.status != "done" else DONE if done.is_sound else AUDIT_FAILED
+    # Those about sampling are not of the runs of a sweep.
+    warnings = [text for text in done.warnings if not text.startswith("output.interval")]
+    return RunOutcome(status, done.quantities, done.failure, done.reason, "\n".join(warnings))
+
+
+def _summary_with_result(scenario: Scenario, target: Path, monitor: RunMonitor) -> RunSummary:
+    """Run a scenario with all its samples, and write its result."""
+    done = run(scenario, monitor)
+    write(done, target if done.status == "done" else partial_name(target))
+    is_sound = not failures(done.checks)
+    ended = done.status, done.reason, done.failure
+    return RunSummary(*ended, done.warnings, done.quantities, is_sound)
+
+
+def _without_samples(scenario: Scenario) -> Scenario:
+    """Return the scenario that samples start, events and end only, unless it needs samples."""
+    if scenario.needs_samples:
+        return scenario
+    changed = {"interval": scenario.solver.duration, "at_events": True, "checkpoint": None}
+    return scenario.model_copy(update={"output": scenario.output.model_copy(update=changed)})
 
 
 def run_blocks(
@@ -61,30 +104,33 @@ def run_blocks(
     Raises
     ------
     WorkerDied
-        If a worker was killed, with the values of the runs that were in progress.
+        If a worker was killed.
     """
     queue, pending = deque(remaining), dict[Future[RunBlock], range]()
-    steps = (_StepMonitor(monitor),) if isinstance(workers, InProcess) else ()
+    is_here = isinstance(workers, InProcess)
+    steps = (_StepMonitor(monitor),) if is_here else ()
     monitor(0.0)
     try:
         while queue or pending:
-            while queue and len(pending) < workers.capacity:
+            while queue and len(pending) < (1 if is_here else 2 * workers.count):
                 runs = _next(queue, workers.count)
                 values = design.combinations(runs.start, runs.stop)
-                pending[workers.submit(run_some, work, runs.start, values, *steps)] = runs
+                with workers.deaths_told():
+                    pending[workers.submit(run_some, work, runs.start, values, *steps)] = runs
             for future in wait(pending, SECONDS_BETWEEN_TICKS, FIRST_COMPLETED).done:
-                block = future.result()
+                with workers.deaths_told():
+                    block = future.result()
                 if rest := pending.pop(future)[block.runs :]:
                     queue.appendleft(rest)
                 yield block
-            workers.watch()
+            with workers.deaths_told():
+                workers.watch()
             monitor(0.0)
     except _SweepStopped as stopped:
         raise stopped.reason from None
-    except workers.deaths as error:
+    except WorkerDied:
         monitor(0.0)  # a signal to all processes of a group is one to this sweep
-        named = _in_progress(workers, design, pending.values())
-        raise WorkerDied(f"{workers.death(error)}; in progress: {named}") from None
+        raise
 
 
 def _next(queue: deque[range], workers: int) -> range:
@@ -94,19 +140,6 @@ def _next(queue: deque[range], workers: int) -> range:
     if rest := runs[size:]:
         queue.appendleft(rest)
     return runs[:size]
-
-
-def _in_progress(workers: Workers, design: Design, pending: Iterable[range]) -> str:
-    """Return the numbers and values of the runs in progress, or of those that were given out."""
-    current = workers.current_runs()
-    given = pending if current is None else [range(run, run + 1) for run in current]
-    texts = []
-    for runs in sorted(given, key=lambda runs: runs.start):
-        (values,) = design.combinations(runs.start, runs.start + 1)
-        named = combination_text(dict(zip(design.keys, values, strict=True)))
-        many = f"runs {runs.start} to {runs.stop - 1} (from {named})"
-        texts.append(many if len(runs) > 1 else f"run {runs.start} ({named})")
-    return ", ".join(texts) or "none"
 
 
 class _SweepStopped(BaseException):
