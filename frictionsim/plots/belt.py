@@ -11,7 +11,6 @@ from matplotlib.patches import Patch
 from frictionsim.display import ARC_SHADES, BLACK, FAINT, GREY, VERMILION, picture_text
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies, zones_of
-from frictionsim.mechanisms.belt_drive.equilibrium import at_rest
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
@@ -20,7 +19,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
     span_tensions,
     speed_at_rest,
 )
-from frictionsim.motion.belt_path import arc_of, path_of, places_on, pulleys_of
+from frictionsim.motion.belt_drive import arc_of, path_of, places_on, pulleys_of, wear_of
 from frictionsim.plots.mechanism import draw_mechanism
 from frictionsim.plots.over_time import over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
@@ -30,8 +29,7 @@ from frictionsim.plots.style import (
     letters_across,
     line_look,
     require_channels,
-    set_height,
-    set_title,
+    single_panel,
     title_of,
 )
 from frictionsim.scenario.toml_data import scenario_of
@@ -96,18 +94,11 @@ def speeds(
 
 
 class Slip(NamedTuple):
-    """The slip of a result.
+    """The slip of a result."""
 
-    Attributes
-    ----------
-    driver, driven : str
-        The pulleys that it is of.
-    percent : (n,), %
-        Of each sample; not a number where the driver is much slower than at its fastest.
-    """
-
-    driver: str
+    driver: str  # the pulleys that it is of
     driven: str
+    # (n,), %; of each sample; not a number where the driver is much slower than at its fastest.
     percent: "Array"
 
 
@@ -224,18 +215,15 @@ def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) ->
     last = sample % len(record.time) + 1
     part = record._replace(channels={n: v[:last] for n, v in record.channels.items()})
     samples = np.flatnonzero(averaged_part(part))
-    set_height(figure, 4.0)
-    set_title(figure, title_of(record))
-    ax = figure.subplots()
-    ax.grid(visible=True)
+    ax = single_panel(figure, 4.0, title_of(record))
     place, now = along_belt(path, part, -1)
     few = samples[:: -(-len(samples) // MAX_SAMPLES)]
-    mean = sum(np.interp(place, *along_belt(path, part, k), period=path.length) for k in few)
+    steady = [np.interp(place, *along_belt(path, part, k), period=path.length) for k in few]
     words = "last sample" if last == len(record.time) else f"at {picture_text(part.time[-1])} s"
     whole = "whole periods" if "mean_duration" in record.quantities else "the last fifth"
     handles: dict[str, Any] = {}
     around = np.append(place, place[0] + path.length)
-    curves = {words: now, f"mean over {whole}": mean / len(few)}
+    curves = {words: now, f"mean over {whole}": np.mean(steady, axis=0)}
     for i, (words, values) in enumerate(curves.items()):
         (handles[words],) = ax.plot(around, np.append(values, values[0]), **line_look(i))
     means = mean_spans(part, samples, len(pulleys))
@@ -354,10 +342,8 @@ def friction(record: "Record", figure: "Figure | SubFigure") -> None:
     force, normal, slip, index = (np.asarray(record.channels[name])[late] for name in names)
     sticks = record.channels["sticking"][late] > 0 if "sticking" in record.channels else None
     fastest = float(np.max(np.abs(slip[index >= 0]), initial=SLOWEST))
-    set_height(figure, 4.5)
-    set_title(figure, title_of(record))
-    ax = figure.subplots()
-    ax.grid(visible=True)
+    ax = single_panel(figure, 4.5, title_of(record))
+    ax.margins(x=0.05)
     handles: dict[str, Any] = {}
     for j, pulley in enumerate(pulleys_of(record)):
         on = np.flatnonzero((index == j) & (normal > 0.0))
@@ -430,14 +416,9 @@ def wear(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> No
     """
     require_channels(record, "wear", ("friction_work",))
     scenario = BeltDriveScenario.model_validate(scenario_of(record))
-    length = at_rest(scenario).body_length
-    work = np.asarray(record.channels["friction_work"][sample]) / length
-    edges = length * np.arange(len(work) + 1)
-    set_height(figure, 4.0)
-    set_title(figure, title_of(record))
-    ax = figure.subplots()
-    ax.grid(visible=True)
-    ax.margins(x=0.0)
+    edges, work = wear_of(record, sample)
+    length = float(edges[1])
+    ax = single_panel(figure, 4.0, title_of(record))
     at = f"until {picture_text(record.time[sample])} s"
     handles: dict[str, Any] = {at: ax.stairs(work, edges, color=BLACK, baseline=None, zorder=3)}
     for value, first, end in runs_of(patch_of_bodies(scenario, length)):

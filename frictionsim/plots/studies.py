@@ -19,6 +19,7 @@ from matplotlib.patches import Patch
 from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
 from frictionsim.io.cost_table import line_of
 from frictionsim.plots.style import (
+    MARKERS,
     Look,
     add_legend,
     axis_label,
@@ -46,7 +47,6 @@ MIN_ERROR = 1e-16  # smaller errors are drawn here
 TARGETS = (1e-2, 1e-3)
 # Markers and line styles differ too, for grey print.
 LINE_COLOURS = (*COLOURS, WINE)
-MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
 WIDTH, HEIGHT, COLUMNS = 9.0, 4.9, 5  # inches, without the legend, and its columns
 # Of the panels: work, error, label of work, and title.
