@@ -125,8 +125,11 @@ def set_line(attributes: Mapping[str, str]) -> str:
 
 
 def cut_text(text: str, length: int) -> str:
-    """Return a text with at most so many characters."""
-    return text if len(text) <= length else f"{text[: length - 1]}…"
+    """Return a text with at most so many characters, cut between two words if it has several."""
+    if len(text) <= length:
+        return text
+    start = text[: length - 1]
+    return f"{(start.rpartition(' ')[0] or start).rstrip(',;')}…"
 
 
 # Words for modes.

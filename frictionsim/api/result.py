@@ -341,7 +341,12 @@ class Result(ResultBase):
     def _parts(self) -> Document:
         """Yield the lines and tables of the summary, and its data."""
         # Imported here because a comparison has no summary.
-        from frictionsim.reports.run_tables import audit_table, digits_of, quantities_table
+        from frictionsim.reports.run_tables import (
+            Column,
+            audit_table,
+            digits_of,
+            quantities_table,
+        )
 
         attributes = self.record.attributes
         effects = ", ".join(self.effects) or "none"
@@ -353,9 +358,8 @@ class Result(ResultBase):
         if self.quantities:
             digits = digits_of(self.kind, attributes["scenario"])
             other = self._estimate.other_mesh if self._estimate else None
-            yield quantities_table(
-                [self.quantities], [self.errors], digits=[digits], others=[other]
-            )
+            column = Column(self.quantities, digits, "", self.errors, other)
+            yield quantities_table([column])
         if self.errors:
             yield self.error_estimate
         if transitions := self.record.transitions:

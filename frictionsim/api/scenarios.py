@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from frictionsim.document import as_text
 from frictionsim.errors import InputError, overflow_refused, unknown
-from frictionsim.reports.run_tables import digits_of, quantities_table
+from frictionsim.reports.run_tables import Column, digits_of, quantities_table
 from frictionsim.results import Quantities, StaticQuantities, defined
 from frictionsim.scenario import methods
 from frictionsim.scenario.kinds import KINDS, kind_names, mechanism_module
@@ -57,7 +57,7 @@ def static(
 def statics_text(quantities: StaticQuantities, scenario: Scenario) -> str:
     """Return the quantities of impending motion, as the command line prints them."""
     digits = digits_of(scenario.kind, scenario.to_toml())
-    return as_text([quantities_table([quantities], digits=[digits]), *quantities.notes])
+    return as_text([quantities_table([Column(quantities, digits)]), *quantities.notes])
 
 
 def warnings_before_run(scenario: Scenario) -> list[str]:

@@ -10,21 +10,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.motion.belt_path import (
-    arc_of,
-    guiding_path,
-    patch_members,
-    places_on,
-    pulleys_of,
-)
+from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, PulleyCircle, belt_path
 from frictionsim.motion.parts import Arrow, Body, Detail, Line, Motion, Part, Readout
 from frictionsim.motion.samples import MAX_FRAMES, Samples
 from frictionsim.motion.shapes import bounds_around, scale_of, wheel
+from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.geometry import Path, PulleyCircle
-    from frictionsim.motion.parts import Array, Bounds, Integers
+    import numpy.typing as npt
+
+    from frictionsim.motion.parts import Array, Bools, Bounds, Integers
     from frictionsim.results import Record
+
+    Floats = npt.NDArray[np.float64]
 
 PIECES = 5  # from one body of a guided string to the next, so that an arc looks like one
 MAX_POINTS, MAX_VALUES, MIN_FRAMES = 300, 60_000, 2  # of a belt; of all its frames together
@@ -84,7 +82,7 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
     return Motion(at.time, parts, bounds, scale, _readouts(at, tension), details)
 
 
-def _along(path: "Path", belt: Line) -> Line:
+def _along(path: Path, belt: Line) -> Line:
     """Return a guided string with points on spans and arcs between its bodies.
 
     Each body comes after the points between it and the one before. Of those the points on an arc
@@ -183,3 +181,110 @@ def _readouts(at: Samples, tension: "Array | None") -> tuple[Readout, ...]:
         readouts.append(Readout("largest tension", unit, tension.max(axis=1)))
         readouts.append(Readout("smallest tension", unit, tension.min(axis=1)))
     return tuple(readouts)
+
+
+# The line of a belt: of a guided string where it is, of others where the ideal one is.
+
+LINE_TOLERANCE = 1e-3  # of the smallest radius: points no further off are on the line
+
+
+def pulleys_of(record: "Record") -> list[PulleyCircle]:
+    """Return the pulleys of the scenario, in their order."""
+    where = ("mechanism", "pulleys")
+
+    def of(number: int, *keys: str | int) -> Any:
+        return scenario_value(record, *where, number, *keys)
+
+    return [
+        PulleyCircle(
+            str(of(i, "name")),
+            (float(of(i, "center", 0)), float(of(i, "center", 1))),
+            float(of(i, "radius")),
+            table.get("side", "inside"),
+        )
+        for i, table in enumerate(scenario_value(record, *where))
+    ]
+
+
+def path_of(record: "Record") -> Path | None:
+    """Return the line of an ideal taut belt round the pulleys of a scenario, if there is one."""
+    try:
+        return belt_path(pulleys_of(record))
+    except (PathError, InputError):
+        return None
+
+
+def guiding_path(result: "Record", sample: int) -> Path | None:
+    """Return the line that the points of a guided string lie on; None for bodies in the plane."""
+    path = None if "contact" in scenario_of(result).get("effects", {}) else path_of(result)
+    if path is None:
+        return None
+    points = np.column_stack([result.channels["x"][sample], result.channels["y"][sample]])
+    off = np.hypot(*(path.at(places_on(path, points)).position - points).T)
+    radius = min(pulley.radius for pulley in pulleys_of(result))
+    return path if np.max(off, initial=0.0) <= LINE_TOLERANCE * radius else None
+
+
+def places_on(path: Path, points: "Floats") -> "Floats":
+    """Return the places along a line, m in [0, length), that are nearest to points (n, 2)."""
+    ends = path.breakpoints
+    candidates = []
+    for i in range(len(path.arcs)):
+        start, stop = np.array(path.spans[i].start), np.array(path.spans[i].end)
+        leg, length = stop - start, ends[2 * i + 1] - ends[2 * i]
+        along = np.clip((points - start) @ leg / length**2, 0.0, 1.0)
+        candidates.append(ends[2 * i] + along * length)
+        arc = path.arcs[(i + 1) % len(path.arcs)]
+        length = ends[2 * i + 2] - ends[2 * i + 1]
+        sweep, radius = abs(arc.wrap_angle), length / abs(arc.wrap_angle)
+        outward = np.array([np.cos(arc.start), np.sin(arc.start)])
+        away = points - (stop - radius * outward)
+        turned = np.sign(arc.wrap_angle) * (np.arctan2(away[:, 1], away[:, 0]) - arc.start)
+        turned %= 2.0 * np.pi
+        beyond = turned > 0.5 * sweep + np.pi  # nearer to the start of the arc than to its end
+        candidates.append(
+            ends[2 * i + 1] + np.where(beyond, 0.0, np.minimum(turned, sweep)) * radius
+        )
+    places = np.array(candidates) % path.length
+    off = [np.hypot(*(path.at(place).position - points).T) for place in places]
+    return np.asarray(places[np.argmin(off, axis=0), np.arange(len(points))])
+
+
+def arc_of(path: Path, number: int) -> tuple[float, float]:
+    """Return the places, m, at which the arc of a pulley begins and ends."""
+    at = 2 * ((number - 1) % len(path.arcs)) + 1
+    return float(path.breakpoints[at]), float(path.breakpoints[at + 1])
+
+
+def patch_members(result: "Record") -> "Bools | None":
+    """Return a flag of each body in a patch with another friction, (n,); None without a patch.
+
+    Patches lie by the unstretched length of the belt, here from the first sample.
+    """
+    if "patch" not in scenario_of(result).get("effects", {}):
+        return None
+    given = scenario_value(result, "effects", "patch")
+    x, y = (np.asarray(result.channels[axis][0]) for axis in "xy")
+    length = np.hypot(x - np.roll(x, 1), y - np.roll(y, 1))
+    belt = scenario_value(result, "mechanism", "belt")
+    if "tension" in result.channels and "axial_rigidity" in belt:
+        strain = np.asarray(result.channels["tension"][0]) / float(belt["axial_rigidity"])
+        length = length / (1.0 + strain)
+    places = (np.arange(len(x)) + 0.5) * float(length.mean())
+    inside = np.zeros(len(x), dtype=bool)
+    for patch in given if isinstance(given, list) else [given]:
+        inside |= (places >= patch["from"]) & (places < patch["to"])
+    return inside
+
+
+def wear_of(record: "Record", sample: int = -1) -> tuple["Floats", "Floats"]:
+    """Return the ends of the bodies along the unstretched belt, m, and their work of friction, J/m.
+
+    The work is that from the start until a sample.
+    """
+    from frictionsim.mechanisms.belt_drive.equilibrium import at_rest  # slow: SciPy
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+
+    length = at_rest(BeltDriveScenario.model_validate(scenario_of(record))).body_length
+    work = np.asarray(record.channels["friction_work"][sample]) / length
+    return np.linspace(0.0, length * len(work), len(work) + 1), work

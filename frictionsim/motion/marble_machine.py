@@ -87,8 +87,10 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
     bounds = min(left), max(right), min(bottom), max(top)
     if forces:
         a, b, half = gear * cos(azimuth), gear * sin(azimuth), MESH * pinion
-        details += (
-            Detail("forces of the teeth, enlarged", (a - half, a + half, b - half, b + half)),
+        middles = {"forces of the teeth": (a, b), "reaction of the pinion's shaft": (x, y)}
+        details += tuple(
+            Detail(f"{words}, enlarged", (u - half, u + half, v - half, v + half))
+            for words, (u, v) in middles.items()
         )
     delivered = Readout("marbles delivered", "1", (cell - cells[0]).astype(float))
     readouts = (*at.contact(), *at.readouts(READOUTS), delivered)

@@ -48,91 +48,47 @@ class Outline(NamedTuple):
 
 
 class Body(NamedTuple):
-    """A rigid body that turns and moves.
+    """A rigid body that turns and moves."""
 
-    Attributes
-    ----------
-    name : str
-        For the key; empty if it is not in it.
-    shapes : tuple of Disc and Outline
-        From back to front.
-    x, y : (frames,), m
-        Position of the origin of its coordinates.
-    angle : (frames,), rad
-        Counter-clockwise, from the horizontal.
-    visible : (frames,) of bool, optional
-    label : bool
-        The name stands at the origin, not in the key.
-    """
-
-    name: str
-    shapes: tuple[Disc | Outline, ...]
-    x: "Array"
+    name: str  # for the key; empty if it is not in it
+    shapes: tuple[Disc | Outline, ...]  # from back to front
+    x: "Array"  # (frames,), m; position of the origin of its coordinates
     y: "Array"
-    angle: "Array"
-    visible: "Bools | None" = None
-    label: bool = False
+    angle: "Array"  # (frames,), rad; counter-clockwise, from the horizontal
+    visible: "Bools | None" = None  # (frames,) of bool
+    label: bool = False  # the name stands at the origin, not in the key
 
 
 class Line(NamedTuple):
-    """A belt, cord, spring, path, or the arc of a couple: a line through n points.
-
-    Attributes
-    ----------
-    name : str
-    points : (frames, n, 2), m
-        Or (1, n, 2) of a line that stands still.
-    role : Role
-    closed : bool
-        Its last point is joined to its first one.
-    value : (frames, n), optional
-        Of the piece from point i - 1 to point i, by which it is coloured.
-    quantity, unit : str
-        What the value, or the size, is.
-    stuck : (frames, n) of int, optional
-        1 where a point sticks to a pulley, 0 where it slips on one, -1 where it touches none.
-    patch : (n,) of bool, optional
-        Which points have a friction of their own.
-    travel : (frames,), m, optional
-        How far a cord has run along its line, which itself may stand still: marks at distances
-        `spacing` from its first point run so far.
-    spacing : float, m
-        From mark to mark; the marks of a closed line stand at its own points, and run with it.
-    size : (frames,), optional
-        Of a couple of which the line is the arc, N m, positive counter-clockwise.
-    """
+    """A belt, cord, spring, path, or the arc of a couple: a line through n points."""
 
     name: str
-    points: "Array"
+    points: "Array"  # (frames, n, 2), m; or (1, n, 2) of a line that stands still
     role: Role
-    closed: bool = False
+    closed: bool = False  # its last point is joined to its first one
+    # (frames, n); of the piece from point i - 1 to point i, by which it is coloured.
     value: "Array | None" = None
-    quantity: str = ""
+    quantity: str = ""  # what the value, or the size, is
     unit: str = ""
+    # (frames, n) of int; 1 where a point sticks to a pulley, 0 where it slips on one, -1 where it
+    # touches none.
     stuck: "Integers | None" = None
-    patch: "Bools | None" = None
+    patch: "Bools | None" = None  # (n,) of bool; which points have a friction of their own
+    # (frames,), m; how far a cord has run along its line, which itself may stand still: marks at
+    # distances `spacing` from its first point run so far.
     travel: "Array | None" = None
+    # m, from mark to mark; the marks of a closed line stand at its own points, and run with it.
     spacing: float = 0.0
+    # (frames,); of a couple of which the line is the arc, N m, positive counter-clockwise.
     size: "Array | None" = None
 
 
 class Arrow(NamedTuple):
-    """A force, or bars for the forces on many points.
-
-    Attributes
-    ----------
-    name : str
-    foot : (frames, 2) or (frames, n, 2), m
-        Where it begins; n points for bars.
-    vector : like foot
-        In `unit`; its length in a drawing is that times the scale of the motion.
-    role : Role
-    unit : str
-    """
+    """A force, or bars for the forces on many points."""
 
     name: str
-    foot: "Array"
-    vector: "Array"
+    foot: "Array"  # (frames, 2) or (frames, n, 2), m; where it begins; n points for bars
+    vector: "Array"  # in `unit`; its length in a drawing is that times the scale of the motion
     role: Role
     unit: str = "N"
 
@@ -146,19 +102,12 @@ Part = Body | Line | Arrow
 
 
 class Readout(NamedTuple):
-    """A number beside the drawing, such as an angle, or a word, such as what a contact does.
-
-    Attributes
-    ----------
-    name, unit : str
-    value : (frames,)
-    words : mapping
-        What is shown instead of a number.
-    """
+    """A number beside the drawing, such as an angle, or a word, such as what a contact does."""
 
     name: str
     unit: str
-    value: "Array"
+    value: "Array"  # (frames,)
+    # What is shown instead of a number.
     words: "Mapping[int, str]" = {}  # noqa: RUF012  the fields of a NamedTuple are read only
 
 
@@ -170,29 +119,12 @@ class Detail(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """A mechanism in motion.
+    """A mechanism in motion."""
 
-    Attributes
-    ----------
-    time : (frames,), s
-        Increasing.
-    parts : tuple of Part
-        From back to front.
-    bounds : tuple of float, m
-        Of the drawing: left, right, bottom, top.
-    scale : float, m/N
-        Length of an arrow or bar.
-    readouts : tuple of Readout
-    details : tuple of Detail
-        What is shown larger below the whole.
-    reduction : float
-        How much smaller than the mechanism its travels are drawn.
-    """
-
-    time: "Array"
-    parts: tuple[Part, ...]
-    bounds: "Bounds"
-    scale: float = 0.0
+    time: "Array"  # (frames,), s; increasing
+    parts: tuple[Part, ...]  # from back to front
+    bounds: "Bounds"  # m; of the drawing: left, right, bottom, top
+    scale: float = 0.0  # m/N; length of an arrow or bar
     readouts: tuple[Readout, ...] = ()
-    details: tuple[Detail, ...] = ()
-    reduction: float = 1.0
+    details: tuple[Detail, ...] = ()  # what is shown larger below the whole
+    reduction: float = 1.0  # how much smaller than the mechanism its travels are drawn

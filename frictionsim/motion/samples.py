@@ -103,12 +103,11 @@ class Samples:
             return None
         modes, events = np.array(self["mode"], dtype=np.int64), self.record.events
         if len(events["time"]) and {"mode_from", "mode_to"} <= events.keys():
-            changes = np.asarray(events["mode_from"]) != np.asarray(events["mode_to"])
-            changes &= self.record.events_of()
-            times = np.asarray(events["time"], dtype=float)[changes]
-            last = np.searchsorted(times, self.time, side="right") - 1
-            now = (last >= 0) & (np.append(times, np.nan)[last] == self.time)
-            modes[now] = np.asarray(events["mode_to"])[changes][last[now]]
+            old, new = (np.asarray(events[name]) for name in ("mode_from", "mode_to"))
+            changes = (old != new) & self.record.events_of()
+            if changes.any():
+                last = np.searchsorted(events["time"][changes], self.time, side="right") - 1
+                modes = np.where(last >= 0, new[changes][last], old[changes][0])
         return modes
 
     def contact(self, name: str = "contact") -> tuple[Readout, ...]:

@@ -8,7 +8,7 @@ acts: at the distance `friction torque / reaction` from the axis, so that it tou
 friction circle while the body slips, and stays within the static one while it sticks.
 """
 
-from math import acos, atan2, ceil, hypot, inf, pi, radians
+from math import acos, atan2, ceil, hypot, pi, radians
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -34,12 +34,10 @@ from frictionsim.motion.samples import Samples, scenario_in
 from frictionsim.motion.shapes import (
     arc,
     bounds_of,
-    enlarged_circles,
-    kinetic_radius,
+    journal_of,
     points_of,
     reaction,
     scale_of,
-    shaft_bodies,
     torque_arc,
     vectors,
     wheel,
@@ -72,25 +70,13 @@ READOUTS = {
 
 
 class Sizes(NamedTuple):
-    """Sizes of the drawing of a body, m.
+    """Sizes of the drawing of a body, m."""
 
-    Attributes
-    ----------
-    reach : float
-        Distance of the outermost point from the axis.
-    shaft, hub : float
-        Drawn radii.
-    arms : tuple of (float, float)
-        Points at the angle 0 to which arms go.
-    rim : float
-        Radius of the disc; 0 for none.
-    """
-
-    reach: float
-    shaft: float
+    reach: float  # distance of the outermost point from the axis
+    shaft: float  # drawn radii
     hub: float
-    arms: tuple[tuple[float, float], ...]
-    rim: float
+    arms: tuple[tuple[float, float], ...]  # points at the angle 0 to which arms go
+    rim: float  # radius of the disc; 0 for none
 
 
 def motion(record: "Record", sample: int | None = None) -> Motion:
@@ -99,10 +85,9 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
     Without a channel that a force depends on, as the angular velocity, no forces are drawn.
     """
     at, scenario = Samples(record, sample), scenario_in(record)
-    angle, reach = at["angle"], sizes_of(scenario).reach
-    journal = scenario.effects.shaft_friction
-    radius = 0.0 if journal is None else kinetic_radius(journal, at)
-    parts, scale, sizes = list(bodies_of(scenario, angle, radius)), 0.0, list[Readout]()
+    angle, size = at["angle"], sizes_of(scenario)
+    reach, (journal, details) = size.reach, journal_of(at, size.shaft)
+    parts, scale, sizes = [*_bodies(scenario, size, angle), *journal], 0.0, list[Readout]()
     body = _free_body(at, scenario)
     if body is not None:
         torque = at.get("friction_torque", at.still)
@@ -110,7 +95,7 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
         forces = [*_arrows(body, reach), lever]
         scale = scale_of(forces, ARROW * reach)
         parts += [
-            *cords_of(scenario, body, angle - at.whole("angle")[0]),
+            *_cords(scenario, body, angle - at.whole("angle")[0]),
             *forces[:-1],
             *_couples(scenario, body, reach),
             *torque_arc("torque of the drive", at.get("drive_torque", at.still), 0.6 * reach),
@@ -132,7 +117,7 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
         bounds_of(drawn, reach, 0.12 * reach, scale),
         scale,
         (*at.contact(), *at.readouts(READOUTS), *sizes),
-        enlarged_circles(_circle_window(scenario)),
+        details,
     )
 
 
@@ -160,9 +145,9 @@ def sizes_of(scenario: "ShaftScenario") -> Sizes:
     return Sizes(reach, shaft, hub, seen, rim or (0.0 if seen else reach))
 
 
-def bodies_of(scenario: "ShaftScenario", angle: "Array", kinetic: "float | Array") -> list[Part]:
-    """Return body, spring, stops, shaft and friction circles at some angles, rad; r_k is in m."""
-    still, sizes = np.zeros_like(angle), sizes_of(scenario)
+def _bodies(scenario: "ShaftScenario", sizes: Sizes, angle: "Array") -> list[Part]:
+    """Return body, end stops and spring at some angles, rad."""
+    still = np.zeros_like(angle)
     parts: list[Part] = [Body("body", _shapes(scenario, sizes), still, still, angle)]
     stops = _stops(scenario, sizes)
     if stops:
@@ -172,9 +157,7 @@ def bodies_of(scenario: "ShaftScenario", angle: "Array", kinetic: "float | Array
         parts.append(Line("torsion spring", spring, "cord"))
         end = Disc(float(spring[0, -1, 0]), float(spring[0, -1, 1]), PIN * sizes.reach, "fixed")
         parts.append(Body("", (end,), still, still, still))
-    journal = scenario.effects.shaft_friction
-    static = 0.0 if journal is None else journal.static_radius
-    return [*parts, *shaft_bodies(sizes.shaft, still, static, kinetic)]
+    return parts
 
 
 def _shapes(scenario: "ShaftScenario", sizes: Sizes) -> tuple[Disc | Outline, ...]:
@@ -265,14 +248,6 @@ def _spring(scenario: "ShaftScenario", sizes: Sizes, angle: "Array") -> "Array |
     return np.stack([radius * np.cos(winding), radius * np.sin(winding)], axis=-1)
 
 
-def _circle_window(scenario: "ShaftScenario") -> float:
-    """Return half the side of the enlarged view of the friction circles, m; 0 without friction."""
-    journal = scenario.effects.shaft_friction
-    if journal is None:
-        return 0.0
-    return min(3.0 * journal.static_radius or inf, 1.3 * journal.shaft_radius)
-
-
 # What acts on it.
 
 
@@ -281,23 +256,22 @@ def _free_body(at: Samples, scenario: "ShaftScenario") -> FreeBody | None:
     if any(name not in at for name in needed):
         return None
     rest = ("angular_velocity", "angular_acceleration")
-    rates = (at[name] if name in needed else at.still for name in rest)
-    velocity, acceleration = rates
-    return free_body(scenario, (at.time, at["angle"], velocity, acceleration))
+    rates = [at[name] if name in needed else at.still for name in rest]
+    return free_body(scenario, (at.time, at["angle"], rates[0], rates[1]))
 
 
-def cords_of(scenario: "ShaftScenario", body: FreeBody, turned: "Array") -> list[Part]:
+def _cords(scenario: "ShaftScenario", body: FreeBody, turned: "Array") -> list[Part]:
     """Return the cords, which run with the body: by the radius times its angle, along the pull."""
     reach, parts = sizes_of(scenario).reach, list[Part]()
     for force, shown in zip(scenario.forces, body.forces, strict=False):
         if force.cord_radius is not None:
-            points = points_of((shown.x, shown.y), tail_of(shown, reach))
+            points = points_of((shown.x, shown.y), _tail(shown, reach))
             run = force.cord_radius * turned
             parts.append(Line("cord", points, "cord", travel=run, spacing=MARKS * reach))
     return parts
 
 
-def tail_of(force: AppliedForce, reach: float) -> "tuple[Array, Array]":
+def _tail(force: AppliedForce, reach: float) -> "tuple[Array, Array]":
     """Return the start of the arrow of a force, m: where it acts, or the end of its cord."""
     if force.kind != "cord":
         return force.x, force.y
@@ -308,7 +282,7 @@ def _arrows(body: FreeBody, reach: float) -> list[Arrow]:
     return [
         Arrow(
             force.name,
-            vectors(*tail_of(force, reach)),
+            vectors(*_tail(force, reach)),
             vectors(force.across, force.up),
             # Those of the scenario are the first.
             KINDS.get(force.kind, FORCE_ROLES[i % len(FORCE_ROLES)]),

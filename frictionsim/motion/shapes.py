@@ -8,7 +8,7 @@ import numpy as np
 
 from frictionsim.mechanisms.effects import ShaftFriction
 from frictionsim.motion.parts import Arrow, Body, Detail, Disc, Line, Outline, Part
-from frictionsim.scenario.toml_data import scenario_of, scenario_value
+from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array, Bounds, Role
@@ -67,19 +67,11 @@ def torque_arc(
     return [Line(name, points + about, role, unit="N m", size=torque)]
 
 
-def reaction_foot(across: "Array", up: "Array", torque: "Array", vanishes: Any = False) -> Any:
-    """Return the foot of the perpendicular from the axis to the line of action of a force, m.
-
-    With the force (F_x, F_y) its foot (e_x, e_y) has the moment e_x F_y - e_y F_x = torque. For a
-    force that vanishes it is the axis.
-    """
-    square = np.where(vanishes, np.inf, across**2 + up**2)
-    square = np.maximum(square, np.finfo(float).tiny)
-    return torque * up / square, -torque * across / square
-
-
 def reaction(across: "Array", up: "Array", torque: "Array", vanishes: Any = False) -> Arrow:
-    """Return the reaction of a shaft, N, on its line of action.
+    """Return the reaction of a shaft, N, on its line of action, from the foot of its perpendicular.
+
+    With the force (F_x, F_y) the foot (e_x, e_y) has the moment e_x F_y - e_y F_x = torque. For a
+    force that vanishes it is the axis.
 
     Parameters
     ----------
@@ -88,7 +80,9 @@ def reaction(across: "Array", up: "Array", torque: "Array", vanishes: Any = Fals
     vanishes : (frames,) of bool, optional
         Where the force is rounding.
     """
-    foot = vectors(*reaction_foot(across, up, torque, vanishes))
+    square = np.where(vanishes, np.inf, across**2 + up**2)
+    square = np.maximum(square, np.finfo(float).tiny)
+    foot = vectors(torque * up / square, -torque * across / square)
     return Arrow("reaction of the shaft", foot, vectors(across, up), "friction")
 
 
@@ -99,54 +93,42 @@ def scale_of(forces: Iterable[Part], length: float) -> float:
     return length / largest if largest > 0.0 else 0.0
 
 
-def kinetic_radius(journal: ShaftFriction, at: "Samples") -> "float | Array":
-    """Return r_k, m, that of each instant if it is over the speed; 0 if that is not recorded."""
-    radius = journal.radius_over_speed
-    if not radius.varies or "angular_velocity" not in at:
-        return 0.0 if radius.varies else radius.at_rest
-    return np.array([radius.at(w) for w in at["angular_velocity"].tolist()])
-
-
-def shaft_bodies(
-    radius: float, still: "Array", static: float = 0.0, kinetic: "float | Array" = 0.0
-) -> list[Part]:
-    """Return a shaft and its friction circles of radii above 0, m; `still` are zeros, (frames,).
-
-    The kinetic one may have a radius for each frame.
-    """
-    discs: list[tuple[str, Disc]] = [("shaft", Disc(0.0, 0.0, radius, "still"))]
-    if static > 0.0:
-        discs.append(("static friction circle", Disc(0.0, 0.0, static, "cord", open=True)))
-    rings: list[Part] = []
-    if isinstance(kinetic, np.ndarray):
-        ring = kinetic[:, None, None] * arc(1.0, 0.0, 2.0 * pi, RING)
-        rings.append(Line("kinetic friction circle", ring, "friction"))
-    elif kinetic > 0.0:
-        discs.append(("kinetic friction circle", Disc(0.0, 0.0, kinetic, "friction", open=True)))
-    return [*(Body(name, (disc,), still, still, still) for name, disc in discs), *rings]
-
-
-def enlarged_circles(half: float) -> tuple[Detail, ...]:
-    """Return the detail of the friction circles with half its side in m; none if that is 0."""
-    if half <= 0.0:
-        return ()
-    return (Detail("friction circles of the shaft, enlarged", (-half, half, -half, half)),)
-
-
 WINDOW = 2.5  # of the static friction circle: half the side of what is shown larger
 
 
 def journal_of(at: "Samples", drawn: float) -> tuple[list[Part], tuple[Detail, ...]]:
     """Return the shaft, true to scale if its friction is simulated, and its enlarged circles.
 
-    `drawn` is the radius, m, of a shaft without friction.
+    The kinetic one has a radius for each frame if friction is over the speed. `drawn` is the
+    radius, m, of a shaft without friction.
     """
-    if "shaft_friction" not in scenario_of(at.record).get("effects", {}):
-        return shaft_bodies(drawn, at.still), ()
-    journal = ShaftFriction.model_validate(scenario_value(at.record, "effects", "shaft_friction"))
-    size, static = journal.shaft_radius, journal.static_radius
-    bodies = shaft_bodies(size, at.still, static, kinetic_radius(journal, at))
-    return bodies, enlarged_circles(min(1.1 * size, WINDOW * static))
+    effect = scenario_of(at.record).get("effects", {}).get("shaft_friction")
+    journal = None if effect is None else ShaftFriction.model_validate(effect)
+    discs: list[tuple[str, Disc]] = []
+    rings: list[Part] = []
+    details: tuple[Detail, ...] = ()
+    size, static = drawn, 0.0
+    if journal is not None:
+        size, static, kinetic = (
+            journal.shaft_radius,
+            journal.static_radius,
+            journal.radius_over_speed,
+        )
+        if static > 0.0:
+            discs.append(("static friction circle", Disc(0.0, 0.0, static, "cord", open=True)))
+            half = min(1.1 * size, WINDOW * static)
+            words = "friction circles of the shaft, enlarged"
+            details = (Detail(words, (-half, half, -half, half)),)
+        if kinetic.varies and "angular_velocity" in at:
+            radii = np.array([kinetic.at(w) for w in at["angular_velocity"].tolist()])
+            ring = radii[:, None, None] * arc(1.0, 0.0, 2.0 * pi, RING)
+            rings.append(Line("kinetic friction circle", ring, "friction"))
+        elif not kinetic.varies and kinetic.at_rest > 0.0:
+            disc = Disc(0.0, 0.0, kinetic.at_rest, "friction", open=True)
+            discs.append(("kinetic friction circle", disc))
+    discs.insert(0, ("shaft", Disc(0.0, 0.0, size, "still")))
+    still = (at.still,) * 3
+    return [*(Body(name, (disc,), *still) for name, disc in discs), *rings], details
 
 
 SPOKES, TICKS = 5, 12  # an odd number: a turn by half of 360 degrees is seen

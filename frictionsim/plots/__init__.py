@@ -109,24 +109,13 @@ def view_of(kind: str, name: str | None, given: Mapping[str, Any]) -> View:
     return views[name]
 
 
-REFUSALS = {
-    "time": "shows no single instant",
-    "window": "does not go over time",
-    "channels": "draws channels of its own",
-    "measured": "draws channels of its own",
-    "body": "shows no single body",
-}
-
-
 def _refusal(kind: str, option: str) -> str:
-    """Return why a view does not take an option, and which do."""
+    """Return which views take an option that another one does not."""
     fit = [name for name, view in views_of(kind).items() if option in view.options]
-    if option == "body":
-        fit = [BODY]
-    way_out = f"it is for the view {' or '.join(map(repr, fit))}"
+    fit = [BODY] if option == "body" else fit
     if not fit:
-        way_out = f"no view of kind '{kind}' does; give a window of time instead"
-    return f"{REFUSALS[option]}; {way_out}"
+        return f"does not take it, nor does another one of kind '{kind}'"
+    return f"does not take it; the view {' or '.join(map(repr, fit))} does"
 
 
 def applicable(record: "Record", given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -248,6 +237,7 @@ def draw_several(
     first = records[0]
     chosen = view_of_several(first.attributes["kind"], view)
     for record in records:
+        check_numbers(record)
         for name in channels:
             check_channel(record, name)
     names_drawn = [

@@ -8,10 +8,9 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from frictionsim.display import ARC_SHADES, BLACK, FAINT, VERMILION, picture_text
+from frictionsim.display import ARC_SHADES, BLACK, FAINT, GREY, VERMILION, picture_text
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies, zones_of
-from frictionsim.mechanisms.belt_drive.equilibrium import at_rest
 from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
@@ -20,7 +19,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
     span_tensions,
     speed_at_rest,
 )
-from frictionsim.motion.belt_path import guiding_path, path_of, places_on, pulleys_of
+from frictionsim.motion.belt_drive import arc_of, path_of, places_on, pulleys_of, wear_of
 from frictionsim.plots.mechanism import draw_mechanism
 from frictionsim.plots.over_time import over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
@@ -30,8 +29,7 @@ from frictionsim.plots.style import (
     letters_across,
     line_look,
     require_channels,
-    set_height,
-    set_title,
+    single_panel,
     title_of,
 )
 from frictionsim.scenario.toml_data import scenario_of
@@ -43,6 +41,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
     from frictionsim.fits.data import Target
+    from frictionsim.mechanisms.belt_drive.geometry import Path
     from frictionsim.plots.over_time import Window
     from frictionsim.results import Record
 
@@ -51,13 +50,7 @@ if TYPE_CHECKING:
 WHOLE = (None, None)
 
 
-def scenario_run_of(record: "Record") -> BeltDriveScenario:
-    """Return the scenario of a result."""
-    return BeltDriveScenario.model_validate(scenario_of(record))
-
-
-def has_friction(record: "Record") -> bool:
-    """Return whether the scenario has friction between belt and pulleys."""
+def _has_friction(record: "Record") -> bool:
     return "belt_friction" in scenario_of(record).get("effects", {})
 
 
@@ -86,33 +79,26 @@ def speeds(
     require_channels(record, "speeds", names)
     panels = {name.replace("_", " "): {name: ""} for name in names}
     slip = slip_of(record)
-    if slip is None:
-        _, handles = over_time([record], panels, figure, window=window)
-    else:
+    if slip is not None:
         label = f"slip of {slip.driven}"
-        known = record._replace(
+        panels[label] = {SLIP: ""}
+        record = record._replace(
             channels={**record.channels, SLIP: slip.percent},
             axes=record.axes | {SLIP: ""},
             units=record.units | {SLIP: "%"},
         )
-        axes, handles = over_time([known], panels | {label: {SLIP: ""}}, figure, window=window)
-        handles |= _draw_slip(axes[label], known, slip, window)
+    axes, handles = over_time([record], panels, figure, window=window)
+    if slip is not None:
+        handles |= _draw_slip(axes[label], record, slip.driver, window)
     add_legend(figure, handles)
 
 
 class Slip(NamedTuple):
-    """The slip of a result.
+    """The slip of a result."""
 
-    Attributes
-    ----------
-    driver, driven : str
-        The pulleys that it is of.
-    percent : (n,), %
-        Of each sample; not a number where the driver is much slower than at its fastest.
-    """
-
-    driver: str
+    driver: str  # the pulleys that it is of
     driven: str
+    # (n,), %; of each sample; not a number where the driver is much slower than at its fastest.
     percent: "Array"
 
 
@@ -132,14 +118,14 @@ def slip_of(record: "Record") -> Slip | None:
     return Slip(pulleys[ends.drive].name, pulleys[ends.driven].name, percent)
 
 
-def _draw_slip(ax: Any, record: "Record", slip: Slip, window: "Window") -> dict[str, Any]:
+def _draw_slip(ax: Any, record: "Record", driver: str, window: "Window") -> dict[str, Any]:
     """Draw a plain line over the noise of the slip, and its mean of the summary."""
     ax.lines[0].set(color=FAINT, linewidth=0.8)
     shown = within(record, window)
     known = np.isfinite(shown.channels[SLIP])
     if not known.any():
         ax.set_yticks([])
-        ax.text(0.5, 0.5, f"no slip: {slip.driver} is at rest", ha="center", transform=ax.transAxes)
+        ax.text(0.5, 0.5, f"no slip: {driver} is at rest", ha="center", transform=ax.transAxes)
         return {}
     time, values = shown.time[known], shown.channels[SLIP][known]
     half = 0.5 * SMOOTHED * float(np.ptp(shown.time))
@@ -200,80 +186,15 @@ def _speed_at_rest(record: "Record") -> float:
 MAX_SAMPLES = 200  # in the mean of the tension
 
 
-class BeltLine:
-    """The closed line of a belt, starting where it leaves the first pulley.
+def along_belt(path: "Path", record: "Record", sample: int) -> tuple["Array", "Array"]:
+    """Return where the joints are along the line of the belt, m, ascending, and their tension, N.
 
-    That of bodies in the plane goes through the joints; a guided string follows its own line. Joint
-    k is between the bodies k - 1 and k.
-
-    Attributes
-    ----------
-    order : (n,)
-        Numbers of the joints in the order of the line.
-    place : (n + 1,), m
-        Distances of these joints along the line; the last one is the first again.
-    length : float, m
-    arcs, spans : list of (int, float, float)
-        Of each stretch of belt on a pulley the pulley, of each span the one before it, with start
-        and end, m.
+    Joint k is between the bodies k - 1 and k.
     """
-
-    def __init__(self, record: "Record", sample: int) -> None:
-        touched = np.asarray(record.channels["pulley_index"][sample])
-        joints = _joints(record, sample)
-        self._path = path = guiding_path(record, sample)
-        if path is not None:
-            self.length, places = path.length, places_on(path, joints)
-            self.order = np.argsort(places, kind="stable")
-            self.place = np.append(places[self.order], places.min() + path.length)
-            ends, count = path.breakpoints, len(path.arcs)
-            on = [((i + 1) % count, ends[2 * i + 1], ends[2 * i + 2]) for i in range(count)]
-            self.arcs = [(number, float(start), float(end)) for number, start, end in on]
-            self.spans = [(i, float(ends[2 * i]), float(ends[2 * i + 1])) for i in range(count)]
-            return
-        self.order = np.roll(np.arange(len(joints)), -first_free_body(touched))
-        self._points = joints[self.order]
-        legs = np.roll(self._points, -1, axis=0) - self._points
-        self.place = np.concatenate([[0.0], np.cumsum(np.hypot(*legs.T))])
-        self.length = float(self.place[-1])
-        runs = runs_of(touched[self.order])
-        at = [(value, float(self.place[a]), float(self.place[b])) for value, a, b in runs]
-        self.arcs = [run for run in at if run[0] >= 0]
-        self.spans = []
-        for k, (value, start, end) in enumerate(at):
-            before, after = at[k - 1][0], at[(k + 1) % len(at)][0]
-            if value < 0 <= before and before != after:
-                self.spans.append((before, start, end))
-
-    def places_of(self, points: "Array") -> "Array":
-        """Return the distances along the line, m, of the places nearest to points (m, 2)."""
-        if self._path is not None:
-            return places_on(self._path, points)
-        from scipy.spatial import KDTree  # imported here: slow, and needed by this view only
-
-        _, nearest = KDTree(self._points).query(points)
-        legs = np.stack([nearest, (nearest - 1) % len(self._points)])
-        along = (np.roll(self._points, -1, axis=0) - self._points)[legs]
-        away = points - self._points[legs]
-        square = np.maximum(np.sum(along * along, axis=-1), np.finfo(float).tiny)
-        fraction = np.clip(np.sum(away * along, axis=-1) / square, 0.0, 1.0)
-        missed = np.sum((away - fraction[..., None] * along) ** 2, axis=-1)
-        closer = np.argmin(missed, axis=0), np.arange(len(points))
-        return (self.place[legs] + fraction * np.diff(self.place)[legs])[closer]
-
-    def mean(self, record: "Record", samples: Any) -> "Array":
-        """Return the mean tension, N, at the places of the line, which are fixed in space."""
-        total = np.zeros_like(self.place)
-        for sample in samples:
-            places = self.places_of(_joints(record, sample))
-            tension = record.channels["tension"][sample]
-            total += np.interp(self.place, places, tension, period=self.length)
-        return total / len(samples)
-
-
-def _joints(record: "Record", sample: int) -> "Array":
     bodies = np.column_stack([record.channels["x"][sample], record.channels["y"][sample]])
-    return 0.5 * (bodies + np.roll(bodies, 1, axis=0))
+    places = places_on(path, 0.5 * (bodies + np.roll(bodies, 1, axis=0)))
+    order = np.argsort(places, kind="stable")
+    return places[order], np.asarray(record.channels["tension"][sample])[order]
 
 
 def runs_of(values: Any) -> list[tuple[int, int, int]]:
@@ -282,51 +203,40 @@ def runs_of(values: Any) -> list[tuple[int, int, int]]:
     return [(int(values[a]), int(a), int(b)) for a, b in pairwise(ends)]
 
 
-def first_free_body(touched: "Array") -> int:
-    """Return the first body after the contact arc of the first pulley; 0 if none touches it.
-
-    Bodies within the arc may lift off, so the arc ends where the longest gap begins.
-    """
-    on = np.flatnonzero(touched == 0)
-    if not on.size:
-        return 0
-    gaps = np.diff(on, append=on[0] + len(touched))
-    return int(on[np.argmax(gaps)] + 1) % len(touched)
-
-
 def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> None:
-    """Draw the tension along the belt: at a sample, its mean until then, and that of the spans."""
+    """Draw the tension along the belt: at a sample, its mean until then, and that of the spans.
+
+    Places are those on the line of an ideal belt, from where it leaves the first pulley.
+    """
     require_channels(record, "tension", ("x", "y", "pulley_index", "tension"))
-    pulleys = pulleys_of(record)
-    until = slice(0, sample % len(record.time) + 1)
-    part = record._replace(channels={n: v[until] for n, v in record.channels.items()})
-    belt = BeltLine(part, -1)
-    now = np.asarray(part.channels["tension"][-1])[np.append(belt.order, belt.order[0])]
+    pulleys, path = pulleys_of(record), path_of(record)
+    if path is None:
+        raise InputError("cannot draw the view 'tension': no belt fits the pulleys of this result")
+    last = sample % len(record.time) + 1
+    part = record._replace(channels={n: v[:last] for n, v in record.channels.items()})
     samples = np.flatnonzero(averaged_part(part))
-    whole = "mean_duration" in record.quantities
-    words = f"mean over {'whole periods' if whole else 'the last fifth'}"
-    set_height(figure, 4.0)
-    set_title(figure, title_of(record))
-    ax = figure.subplots()
-    ax.grid(visible=True)
-    ax.margins(x=0.0)
+    ax = single_panel(figure, 4.0, title_of(record))
+    place, now = along_belt(path, part, -1)
     few = samples[:: -(-len(samples) // MAX_SAMPLES)]
+    steady = [np.interp(place, *along_belt(path, part, k), period=path.length) for k in few]
+    words = "last sample" if last == len(record.time) else f"at {picture_text(part.time[-1])} s"
+    whole = "whole periods" if "mean_duration" in record.quantities else "the last fifth"
     handles: dict[str, Any] = {}
-    last = sample % len(record.time) == len(record.time) - 1
-    at = "last sample" if last else f"at {picture_text(part.time[-1])} s"
-    (handles[at],) = ax.plot(belt.place, now, **line_look(0))
-    (handles[words],) = ax.plot(belt.place, belt.mean(part, few), **line_look(1))
+    around = np.append(place, place[0] + path.length)
+    curves = {words: now, f"mean over {whole}": np.mean(steady, axis=0)}
+    for i, (words, values) in enumerate(curves.items()):
+        (handles[words],) = ax.plot(around, np.append(values, values[0]), **line_look(i))
     means = mean_spans(part, samples, len(pulleys))
-    for number, start, end in belt.spans:
-        (line,) = ax.plot([start, end], [means[number]] * 2, **line_look(2))
+    ends, names = path.breakpoints, dict[float, str]()
+    for i, pulley in enumerate(pulleys):
+        (line,) = ax.plot(ends[2 * i : 2 * i + 2], [means[i]] * 2, **line_look(2))
         handles["mean of a span, as in the summary"] = line
-    longest: dict[int, tuple[float, float]] = {}
-    for number, start, end in belt.arcs:
+        start, end = arc_of(path, i)
         ax.axvspan(start, end, color=ARC_SHADES[0], linewidth=0)
         handles["on a pulley"] = Patch(color=ARC_SHADES[0])
-        longest[number] = max(longest.get(number, (0.0, 0.0)), (start, end), key=np.ptp)
-    names = {float(np.mean(ends)): pulleys[number].name for number, ends in longest.items()}
-    write_above(ax, names, belt.place)
+        names[0.5 * (start + end)] = pulley.name
+    ax.set_xlim(0.0, path.length)
+    write_above(ax, names, (0.0, path.length))
     ax.set_ylabel(axis_label("tension", record.units["tension"]))
     first, second, *_ = (pulley.name for pulley in pulleys)
     words = f"distance along the belt from {first} towards {second}"
@@ -356,39 +266,33 @@ def body(
     Parameters
     ----------
     body : int, optional
-        By default the one in the middle of the first span at the start, or the one that touches
-        pulleys longest. Of one that meets no pulley its place is drawn instead of forces.
+        By default the one that touches pulleys for the longest time.
     """
     names = ["pulley_speed", "tension", "normal_force"]
-    names += ["friction_force", "slip_velocity"] if has_friction(record) else []
+    names += ["friction_force", "slip_velocity"] if _has_friction(record) else []
     require_channels(record, "body", [*names, "pulley_index"])
-    pulleys = pulleys_of(record)
-    index = np.asarray(record.channels["pulley_index"])
-    number = default_body(index) if body is None else body
+    pulleys, index = pulleys_of(record), np.asarray(record.channels["pulley_index"])
+    number = int(np.argmax(np.sum(index >= 0, axis=0))) if body is None else body
     if not 0 <= number < index.shape[1]:
         raise InputError(
             f"there is no body {number}; the bodies of this belt are 0 to {index.shape[1] - 1}"
         )
     touched = index[:, number]
-    meets = bool((within(record, window).channels["pulley_index"][:, number] >= 0).any())
-    if not meets:  # what else is known of it
-        names = ["pulley_speed", "tension", *(name for name in "xy" if name in record.channels)]
-    words = {"tension": f"tension before body {number}"}
-    words |= {name: f"{name} of body {number}" for name in "xy"}
-    panels = {words.get(name, name.replace("_", " ")): {name: ""} for name in names}
+    panels = {name.replace("_", " "): {name: ""} for name in names}
+    panels = {
+        f"tension before body {number}" if n == "tension" else n: c for n, c in panels.items()
+    }
     own = {name: np.asarray(record.channels[name])[:, number] for name in names[1:]}
-    for name in set(own) - {"tension", "x", "y"}:  # defined while the body touches a pulley
+    for name in names[2:]:  # defined while the body touches a pulley
         own[name] = np.where(touched < 0, np.nan, own[name])
     known = record._replace(
         channels={**record.channels, **own}, axes=record.axes | dict.fromkeys(own, "")
     )
     by_label, handles = over_time([known], panels, figure, window=window, events=False)
     axes = list(by_label.values())
-    for ax, name in zip(axes, names, strict=True):
-        if name in own:
-            ax.lines[0].set_color(BLACK)  # the colours are those of the pulleys
-        if name not in "xy":
-            ax.axhline(0.0, color=BLACK, linewidth=0.5)
+    for ax in axes[1:]:
+        ax.lines[0].set_color(BLACK)  # the colours are those of the pulleys
+        ax.axhline(0.0, color=BLACK, linewidth=0.5)
     time, places = record.time, {}
     for value, first, stop in runs_of(touched):
         if value >= 0:
@@ -399,36 +303,15 @@ def body(
             places[float(0.5 * (start + end))] = pulleys[value].name
             handles[f"body {number} on {pulleys[value].name}"] = Patch(color=colour)
     ends = axes[-1].get_xlim()
-    if not meets:
-        span = f"from {picture_text(ends[0])} s to {picture_text(ends[1])} s"
-        text = f"body {number} meets no pulley {span}: there are no forces on it, and no slip"
-        axes[0].set_title(text, fontsize="small", loc="left")
     write_above(axes[0], places, ends)
     if "slip_velocity" in names and "sticking" in record.channels:
         sticks = np.asarray(record.channels["sticking"])[:, number] > 0
         look: Look = {"color": VERMILION, "linewidth": 3.0, "solid_capstyle": "butt"}
-        axes[names.index("slip_velocity")].plot(time, np.where(sticks, 0.0, np.nan), **look)
+        axes[-1].plot(time, np.where(sticks, 0.0, np.nan), **look)
         if sticks.any():
             handles["sticking"] = Line2D([], [], **look)
     axes[-1].set_xlim(ends)
     add_legend(figure, handles)
-
-
-def default_body(touched: "Array") -> int:
-    """Return the body in the middle of the first span at the start, if it meets a pulley.
-
-    Else the one that touches pulleys for the longest time.
-
-    Parameters
-    ----------
-    touched : (samples, bodies)
-        The pulley that each body touches; -1 if none.
-    """
-    start = first_free_body(touched[0])
-    ahead = np.flatnonzero(np.roll(touched[0], -start) >= 0)
-    number = int(start + (ahead[0] if ahead.size else 0) // 2) % touched.shape[1]
-    longest = np.sum(touched >= 0, axis=0)
-    return number if longest[number] or not longest.any() else int(np.argmax(longest))
 
 
 # Friction over slip.
@@ -436,6 +319,7 @@ def default_body(touched: "Array") -> int:
 MAX_POINTS = 10_000  # of a cloud
 FINE = 400  # points of a curve
 SLOWEST = 1e-6  # m/s, to which the axis reaches at least
+SEEN_SLIP = 2e-3  # of the fastest slip: a ring marks a body that sticks and has more
 LINEAR_UP_TO = 2.0  # transition speeds: slip is drawn by its logarithm beyond, if it is much faster
 MUCH = 20.0
 
@@ -456,20 +340,25 @@ def friction(record: "Record", figure: "Figure | SubFigure") -> None:
     require_channels(record, "friction", names)
     late = averaged_part(record)
     force, normal, slip, index = (np.asarray(record.channels[name])[late] for name in names)
-    set_height(figure, 4.5)
-    set_title(figure, title_of(record))
-    ax = figure.subplots()
-    ax.grid(visible=True)
+    sticks = record.channels["sticking"][late] > 0 if "sticking" in record.channels else None
+    fastest = float(np.max(np.abs(slip[index >= 0]), initial=SLOWEST))
+    ax = single_panel(figure, 4.5, title_of(record))
+    ax.margins(x=0.05)
     handles: dict[str, Any] = {}
     for j, pulley in enumerate(pulleys_of(record)):
         on = np.flatnonzero((index == j) & (normal > 0.0))
         few = on[:: -(-on.size // MAX_POINTS)] if on.size else on
-        ratio = force.ravel()[few] / normal.ravel()[few]
-        look: Look = {"color": line_look(j)["color"], "linestyle": "", "markersize": 2.5}
+        ratio, speed = force.ravel()[few] / normal.ravel()[few], slip.ravel()[few]
+        look: Look = {"color": line_look(j)["color"], "linestyle": "", "rasterized": True}
         (handles[f"bodies on {pulley.name}"],) = ax.plot(
-            slip.ravel()[few], ratio, marker="o", mew=0.0, zorder=3, rasterized=True, **look
+            speed, ratio, marker="o", markersize=2.5, mew=0.0, zorder=3, **look
         )
-    handles |= _draw_law(ax, record, float(np.max(np.abs(slip[index >= 0]), initial=SLOWEST)))
+        residual = np.abs(speed) > SEEN_SLIP * fastest
+        if sticks is not None and (of := residual & sticks.ravel()[few]).any():
+            ring: Look = {"marker": "o", "mfc": "none", "markersize": 5.0, "mew": 0.6, "zorder": 3}
+            ax.plot(speed[of], ratio[of], **look, **ring)
+            handles["sticks, with residual slip"] = Line2D([], [], color=GREY, linestyle="", **ring)
+    handles |= _draw_law(ax, record, fastest)
     ax.axhline(0.0, color=BLACK, linewidth=0.5)
     ax.set_ylabel("friction over normal force, 1")
     words = "slip velocity of the rim against the belt"
@@ -479,7 +368,10 @@ def friction(record: "Record", figure: "Figure | SubFigure") -> None:
 
 def _draw_law(ax: Any, record: "Record", fastest: float) -> dict[str, Any]:
     """Draw mu(v) of each pair of coefficients up to a slip velocity, m/s."""
-    effects, handles = scenario_run_of(record).effects, dict[str, Any]()
+    effects, handles = (
+        BeltDriveScenario.model_validate(scenario_of(record)).effects,
+        dict[str, Any](),
+    )
     law = effects.belt_friction
     assert law is not None  # there are channels of friction
     assert record.statistics is not None
@@ -523,15 +415,10 @@ def wear(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> No
     And its mean over the belt outside of patches and over those of each name, as in the summary.
     """
     require_channels(record, "wear", ("friction_work",))
-    scenario = scenario_run_of(record)
-    length = at_rest(scenario).body_length
-    work = np.asarray(record.channels["friction_work"][sample]) / length
-    edges = length * np.arange(len(work) + 1)
-    set_height(figure, 4.0)
-    set_title(figure, title_of(record))
-    ax = figure.subplots()
-    ax.grid(visible=True)
-    ax.margins(x=0.0)
+    scenario = BeltDriveScenario.model_validate(scenario_of(record))
+    edges, work = wear_of(record, sample)
+    length = float(edges[1])
+    ax = single_panel(figure, 4.0, title_of(record))
     at = f"until {picture_text(record.time[sample])} s"
     handles: dict[str, Any] = {at: ax.stairs(work, edges, color=BLACK, baseline=None, zorder=3)}
     for value, first, end in runs_of(patch_of_bodies(scenario, length)):
@@ -562,6 +449,6 @@ def drive(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> N
     The belt is coloured by its tension. Outward bars are the normal forces on its bodies, inward
     bars the friction forces. A strip on the belt is black where it sticks, white where it slips.
     """
-    more = ("friction_force", "sticking") if has_friction(record) else ()
+    more = ("friction_force", "sticking") if _has_friction(record) else ()
     require_channels(record, "drive", (*NEEDED, *more))
     draw_mechanism(record, figure, sample)

@@ -35,6 +35,7 @@ from frictionsim.plots.style import (
     require_channels,
     set_height,
     set_title,
+    single_panel,
     title_of,
 )
 from frictionsim.scenario.toml_data import scenario_of, scenario_value
@@ -52,26 +53,17 @@ WHOLE: "Window" = (None, None)
 
 
 class View(NamedTuple):
-    """A picture of a kind.
+    """A picture of a kind."""
 
-    Attributes
-    ----------
-    draw : callable
-        `draw(record, figure, **options)` draws a result into an empty figure or subfigure.
-    options : tuple of str
-        Those of "time", "window", "channels", "measured" and "body" that it takes; `time` as
-        `sample`, the number of a sample.
-    overlaid : tuple of str or None
-        The channels in which several results are drawn over each other, () for those of the kind;
-        None for a view in which they are not.
-    effect : str
-        The effect that a result needs for this view; empty if it needs none.
-    """
-
+    # `draw(record, figure, **options)` draws a result into an empty figure or subfigure.
     draw: Callable[..., None]
+    # Those of "time", "window", "channels", "measured" and "body" that it takes; `time` as
+    # `sample`, the number of a sample.
     options: tuple[str, ...] = ()
+    # The channels in which several results are drawn over each other, () for those of the kind;
+    # None for a view in which they are not.
     overlaid: tuple[str, ...] | None = None
-    effect: str = ""
+    effect: str = ""  # the effect that a result needs for this view; empty if it needs none
 
 
 OVER_TIME = ("window", "channels", "measured")
@@ -303,9 +295,7 @@ def torque_of_gear(
             f" {', '.join(TORQUES)} (see output.channels)"
         )
     shown = within(record, window)
-    set_height(figure, 4.0)
-    set_title(figure, title_of(record))
-    ax = figure.subplots()
+    ax = single_panel(figure, 4.0, title_of(record))
     torques = {words: shown.channels[name] for words, name in names.items()}
     handles = _over_angle(ax, shown, torques)
     ax.axhline(0.0, color=BLACK, linewidth=0.6)

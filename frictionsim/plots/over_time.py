@@ -12,6 +12,8 @@ from frictionsim.display import BLACK, GREY, STICK_SHADE, event_colour, event_da
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.plots.style import (
     LIMIT,
+    MARKERS,
+    MAX_DRAWN,
     MAX_LINES,
     Look,
     axis_label,
@@ -45,7 +47,6 @@ PANEL_HEIGHT, FRAME = 1.7, 0.8  # inches, of a panel, and of title and axis
 MAX_PANELS = 16
 MAX_MARKS = 60  # events; marks of more would hide the channels
 POINTS: Look = {"color": BLACK, "linestyle": "", "markerfacecolor": "none"}
-MARKERS = "os^Dv"  # of measured channels
 FULL_SIZE_POINTS = 60  # more are drawn smaller
 ROW = 0.07  # of the height of a panel, of a row of marks above it, for each of several results
 
@@ -90,8 +91,6 @@ def over_time(
         Measured values of channels or members of them, which are drawn as points.
     """
     one, several = records[0], len(records) > 1
-    for record in records:
-        check_numbers(record)
     shown = [within(record, window) for record in records]
     set_height(figure, FRAME + PANEL_HEIGHT * len(panels))
     count = len(shown[0].events["time"])
@@ -308,9 +307,6 @@ def part_of(record: "Record", samples: slice) -> "Record":
     chosen = (at >= channels["time"][0]) & (at <= channels["time"][-1])
     events = {name: np.asarray(values)[chosen] for name, values in record.events.items()}
     return record._replace(channels=channels, events=events)
-
-
-MAX_DRAWN = 1e100  # a scale of larger numbers would overflow
 
 
 def check_numbers(record: "Record") -> None:

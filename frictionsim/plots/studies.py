@@ -1,14 +1,14 @@
 """The pictures of studies: the cost of accuracy, and data with a fit.
 
-A study of costs has the error against wall time and against evaluations of the right-hand side. A
-study of meshes has the error of the mesh beside that of the steps. Left: error against the limit of
-fine meshes, a line for each model, a marker for each number of bodies. Right: how far runs on the
-scenario's own mesh are from that mesh converged in time. Both have the same axes: a run that is
-exact in time stays as far off on the left as its mesh is. Failed runs are marked in a strip above
-the errors.
+A study of costs has the error against wall time and against evaluations of the right-hand side, a
+line for each method. A study of meshes has a line for each method and number of bodies: left the
+error against the limit of fine meshes, right that from the scenario's own mesh converged in time,
+on the same axes: a run that is exact in time stays as far off on the left as its mesh is. Failed
+runs are marked above the errors.
 """
 
 from collections.abc import Sequence
+from itertools import cycle
 from math import floor, isnan, log10
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,8 @@ from matplotlib.patches import Patch
 from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
 from frictionsim.io.cost_table import line_of
 from frictionsim.plots.style import (
+    MARKERS,
+    Look,
     add_legend,
     axis_label,
     new_figure,
@@ -40,210 +42,94 @@ if TYPE_CHECKING:
 
 
 BELOW = "below the reference uncertainty"
-STRIP = 0.09  # of the height of a panel
-
-
-def add_strip(ax: Any) -> float:
-    """Extend the scale of errors of a panel by a strip for failed runs; return its middle.
-
-    Parameters
-    ----------
-    ax : Axes
-        With its limits, and a logarithmic scale of y.
-    """
-    low, high = ax.get_ylim()
-    top = high * (high / low) ** (STRIP / (1.0 - STRIP))
-    ax.axhspan(high, top, facecolor=STICK_SHADE, linewidth=0, zorder=0.5)
-    ax.axhline(high, color=GREY, linewidth=0.8)
-    ax.set_yticks([tick for tick in ax.get_yticks() if low <= tick <= high])  # none in the strip
-    ax.set_yticks([], minor=True)
-    ax.set_ylim(low, top)
-    if ax.get_subplotspec() is None or ax.get_subplotspec().is_first_col():
-        ax.annotate(
-            "failed",
-            (0.0, 1.0 - 0.5 * STRIP),
-            (-5.0, 0.0),
-            xycoords="axes fraction",
-            textcoords="offset points",
-            ha="right",
-            va="center",
-            fontsize="small",
-        )
-    return float(np.sqrt(high * top))
-
-
-def places_of(work: Sequence[float], others: Sequence[float]) -> "Array":
-    """Return the positions of failed runs along a logarithmic axis of work.
-
-    One that was refused has done none: it is marked at the least work of all.
-    """
-    done = [value for value in (*work, *others) if value > 0.0]
-    return np.maximum(np.asarray(work, dtype=np.float64), min(done, default=1.0))
-
-
-MESH_MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")  # of numbers of bodies
-MESH_LINES: tuple[Any, ...] = ("-", "--", "-.", ":")  # of models
-STEP_MARKERS = ("+", "x", "1", "2", "3", "4", "|", "_")  # of methods on the scenario's own mesh
-MESH_HEIGHT = 5.1  # inches, without the legend
-MIN_MESH_ERROR, MIN_ERROR = 1e-12, 1e-16  # smaller errors are drawn here
+FAILED = 0.96  # of the height of a panel, at which failed runs are marked
+MIN_ERROR = 1e-16  # smaller errors are drawn here
 TARGETS = (1e-2, 1e-3)
-LINE_COLOURS = (*COLOURS, WINE)
 # Markers and line styles differ too, for grey print.
+LINE_COLOURS = (*COLOURS, WINE)
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
-WIDTH, HEIGHT = 9.0, 4.9  # inches, without the legend
-COLUMNS = 5  # of the legend
-WORK = (("wall_seconds", "wall time, s"), ("rhs_evaluations", "right-hand-side evaluations"))
+WIDTH, HEIGHT, COLUMNS = 9.0, 4.9, 5  # inches, without the legend, and its columns
+# Of the panels: work, error, label of work, and title.
+PANELS = (
+    ("wall_seconds", "error", "wall time, s", ""),
+    ("rhs_evaluations", "error", "right-hand-side evaluations", ""),
+)
+MESH_PANELS = (
+    ("wall_seconds", "error", "wall time, s", "against the limit of fine meshes"),
+    ("wall_seconds", "time_error", "wall time, s", "in time alone, on the scenario's own mesh"),
+)
 
 
 def cost_diagram(table: "CostTable", figure: Any = None) -> Any:
-    """Draw one line for each backend; failed settings are marked in a strip above them.
-
-    A study of meshes has the panels that the head of this module names.
+    """Draw the errors of a study of costs, a line for each method.
 
     Parameters
     ----------
     figure : Figure or SubFigure, optional
         An empty one that is drawn into.
     """
-    draw = _draw_meshes if table.of_meshes else _draw
     figure = new_figure(WIDTH) if figure is None else figure
     with styled():
-        draw(table, figure)
+        _draw_costs(table, figure)
     return figure
 
 
-def _draw(table: "CostTable", figure: "Figure | SubFigure") -> None:
+def _draw_costs(table: "CostTable", figure: "Figure | SubFigure") -> None:
+    meshes, rows = table.of_meshes, table.rows
     set_height(figure, HEIGHT)
-    set_title(figure, f"{table.title or table.kind}: error against run time")
-    axes = figure.subplots(1, 2, sharey=True)
-    for ax, (quantity, label) in zip(axes, WORK, strict=True):
-        _set_scales(ax, label)
-        _draw_panel(ax, table, quantity)
-    axes[0].set_ylabel("largest relative error")
-    handles, words = axes[0].get_legend_handles_labels()
-    add_legend(figure, dict(zip(words, handles, strict=True)), COLUMNS)
-
-
-def _set_scales(ax: Any, label: str) -> None:
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    ax.grid(linewidth=0.3)
-    ax.set_xlabel(label)
-
-
-def _draw_panel(ax: Any, table: "CostTable", quantity: str) -> None:
-    rows = table.rows
-    done = [row for row in rows if not isnan(row["error"])]
-    errors = [max(row["error"], MIN_ERROR) for row in done]
-    uncertainty = max(table.floor, MIN_ERROR)
-    lowest = 10.0 ** floor(log10(min([uncertainty, *errors]))) / 10.0
-    ax.set_ylim(lowest, 10.0 * max([1.0, *errors]))
-    if table.floor > 0.0:
-        ax.axhspan(lowest, uncertainty, color=STICK_SHADE, linewidth=0, label=BELOW)
-    work = [row[quantity] for row in rows]
-    middle = add_strip(ax) if len(done) < len(rows) else 0.0
-    for number, name in enumerate(dict.fromkeys(map(line_of, rows))):
-        of_line = [row for row in done if line_of(row) == name]
-        colour = LINE_COLOURS[number % len(LINE_COLOURS)]
-        if of_line:
-            ax.plot(
-                [row[quantity] for row in of_line],
-                [max(row["error"], MIN_ERROR) for row in of_line],
-                color=colour,
-                marker=MESH_MARKERS[number % len(MESH_MARKERS)],
-                linestyle=LINES[number % len(LINES)],
-                linewidth=1.2,
-                markersize=6,
-                label=name,
-            )
-        failed = [r[quantity] for r in rows if isnan(r["error"]) and line_of(r) == name]
-        if failed:
-            _draw_failed(ax, failed, work, middle, f"{name}: {len(failed)} failed", color=colour)
-
-
-def _draw_failed(
-    ax: Any, failed: Sequence[float], work: Sequence[float], middle: float, label: str, **style: Any
-) -> Line2D:
-    """Mark failed runs by crosses in the middle of their strip; return the crosses."""
-    style = {"marker": "x", "linestyle": "", "markersize": 8, "markeredgewidth": 2.0} | style
-    (crosses,) = ax.plot(
-        places_of(failed, work), np.full(len(failed), middle), **style, label=label
-    )
-    return crosses
-
-
-def _draw_meshes(table: "CostTable", figure: "Figure | SubFigure") -> None:
-    """Draw both panels into an empty figure."""
-    set_height(figure, MESH_HEIGHT)
-    set_title(figure, f"{table.title or table.kind}: what accuracy costs")
-    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
-    titles = ("against the limit of fine meshes", "in time alone, on the scenario's own mesh")
-    rows, bands = table.rows, (table.floor, table.time_uncertainty or 0.0)
-    done = [row for row in rows if not isnan(row["error"])]
-    errors = [row[name] for row in done for name in ("error", "time_error")]
-    least = min((value for value in (*bands, *errors) if value > 0.0), default=MIN_MESH_ERROR)
-    lowest = 10.0 ** floor(log10(max(least, MIN_MESH_ERROR)))
-    for ax, title, band in zip((left, right), titles, bands, strict=True):
-        _set_scales(ax, "wall time, s")
+    what = "what accuracy costs" if meshes else "error against run time"
+    set_title(figure, f"{table.title or table.kind}: {what}")
+    panels = MESH_PANELS if meshes else PANELS
+    bands = (table.floor, (table.time_uncertainty or 0.0) if meshes else table.floor)
+    errors = [row[error] for row in rows for _, error, *_ in panels if not isnan(row[error])]
+    least = min([*errors, *(band for band in bands if band > 0.0)], default=MIN_ERROR)
+    lowest = 10.0 ** floor(log10(max(least, MIN_ERROR))) / 10.0
+    axes = figure.subplots(1, 2, sharex=meshes, sharey=True)
+    handles: dict[str, Any] = {}
+    for ax, (work, error, label, title), band in zip(axes, panels, bands, strict=True):
+        ax.set(xscale="log", yscale="log", xlabel=label, ylim=(lowest, 10.0 * max([1.0, *errors])))
         ax.set_title(title, fontsize="medium")
+        ax.grid(linewidth=0.3)
         if band > 0.0:
             ax.axhspan(lowest, max(band, lowest), color=STICK_SHADE, linewidth=0)
-        for target in TARGETS:
+            handles[BELOW] = Patch(color=STICK_SHADE)
+        for target in TARGETS if meshes else ():
             ax.axhline(target, color=GREY, linewidth=0.8, linestyle=":")
-    left.set_ylabel("largest relative error")
-    handles = [*_draw_models(left, done), *_draw_methods(left, right, done)]
-    left.set_ylim(lowest, None)
-    work = [row["wall_seconds"] for row in rows]
-    if failed := [row["wall_seconds"] for row in rows if isnan(row["error"])]:
-        words = f"{len(failed)} failed"
-        style = {"color": "black", "markersize": 7, "markeredgewidth": 1.5}
-        handles.append(_draw_failed(left, failed, work, add_strip(left), words, **style))
-    if max(bands) > 0.0:
-        handles.append(Patch(color=STICK_SHADE, label=BELOW))
-    add_legend(figure, {str(one.get_label()): one for one in handles})
+        handles |= _draw_lines(ax, rows, work, error, meshes)
+    axes[0].set_ylabel("largest relative error")
+    add_legend(figure, handles, COLUMNS)
 
 
-def _draw_models(ax: Any, rows: "list[Row]") -> list[Any]:
-    """Draw a line for each model; return legend handles: models, then bodies."""
-    counts = sorted({row["bodies"] for row in rows})
-    markers = {count: MESH_MARKERS[i % len(MESH_MARKERS)] for i, count in enumerate(counts)}
-    cheapest: dict[str, dict[float, Row]] = {}  # by model and bodies: that with the longest step
-    for row in rows:
-        if row["backend"] == "moreau":
-            cheapest.setdefault(row["model"], {}).setdefault(row["bodies"], row)
-    handles = []
-    for number, (model, of_model) in enumerate(cheapest.items()):
-        colour = COLOURS[number % len(COLOURS)]
-        style = {"color": colour, "linestyle": MESH_LINES[number % len(MESH_LINES)]}
-        by_bodies = [of_model[count] for count in sorted(of_model)]
-        points = [(row["wall_seconds"], max(row["error"], MIN_MESH_ERROR)) for row in by_bodies]
-        ax.plot(*zip(*points, strict=True), **style)
-        for row, point in zip(by_bodies, points, strict=True):
-            ax.plot(*point, marker=markers[row["bodies"]], color=colour)
-        handles.append(Line2D([], [], **style, label=f"moreau, {model}"))
-    return handles + [
-        Line2D([], [], color=GREY, linestyle="", marker=marker, label=f"{count:.0f} bodies")
-        for count, marker in markers.items()
-    ]
-
-
-def _draw_methods(left: Any, right: Any, rows: "list[Row]") -> list[Any]:
-    """Draw the settings of the scenario's own mesh into both panels."""
-    in_time = [row for row in rows if not isnan(row["time_error"])]
-    handles = []
-    for number, name in enumerate(dict.fromkeys(map(line_of, in_time))):
-        style: dict[str, Any] = {
-            "color": COLOURS[-1 - number % len(COLOURS)],
-            "marker": STEP_MARKERS[number % len(STEP_MARKERS)],
-            "markersize": 8,
-            "linewidth": 0.8,
-        }
-        of_line = [row for row in in_time if line_of(row) == name]
-        seconds = [row["wall_seconds"] for row in of_line]
-        for ax, error in ((left, "error"), (right, "time_error")):
-            ax.plot(seconds, [max(row[error], MIN_MESH_ERROR) for row in of_line], **style)
-        label = f"{name}, {of_line[0]['bodies']:.0f} bodies"
-        handles.append(Line2D([], [], **style, label=label))
+def _draw_lines(
+    ax: Any, rows: "Sequence[Row]", work: str, error: str, meshes: bool
+) -> dict[str, Any]:
+    """Draw the lines of a panel and the failed runs above them; return handles by their words."""
+    counts = sorted({row["bodies"] for row in rows}) if meshes else []
+    least = min((row[work] for row in rows if row[work] > 0.0), default=1.0)  # of refused runs 0
+    handles: dict[str, Any] = {}
+    for number, name in enumerate(dict.fromkeys(map(line_of, rows))):
+        look: Look = {"color": LINE_COLOURS[number % len(LINE_COLOURS)], "linewidth": 1.2}
+        look["linestyle"] = LINES[number % len(LINES)]
+        of_line = [row for row in rows if line_of(row) == name]
+        done = [row for row in of_line if not isnan(row[error])]
+        of_mesh = [[row for row in done if row["bodies"] == count] for count in counts] or [done]
+        groups = [[of[0] for of in of_mesh if of and error == "error"]] if meshes else []
+        for i, group in enumerate([*of_mesh, *groups]):  # the last joins the meshes
+            marker = MARKERS[(i if meshes else number) % len(MARKERS)]
+            marker = marker if i < len(of_mesh) else "None"
+            points = [row[work] for row in group], [max(row[error], MIN_ERROR) for row in group]
+            (line,) = ax.plot(*points, marker=marker, **look)
+        if done:
+            handles[name] = Line2D([], [], **look) if meshes else line
+        failed = [max(row[work], least) for row in of_line if isnan(row["error"])]
+        if failed and error == "error":
+            cross: Look = {"marker": "x", "markersize": 8, "markeredgewidth": 2.0}
+            cross |= {"color": look["color"], "linestyle": ""}
+            height = [FAILED] * len(failed)
+            ax.plot(failed, height, transform=ax.get_xaxis_transform(), **cross)
+            handles[f"{name}: {len(failed)} failed"] = Line2D([], [], **cross)
+    for count, marker in zip(counts, cycle(MARKERS), strict=False):
+        handles[f"{count:.0f} bodies"] = Line2D([], [], color=GREY, linestyle="", marker=marker)
     return handles
 
 

@@ -70,6 +70,8 @@ SCREEN = "screen"
 
 LINES = tuple((0, dashes) if dashes else "-" for dashes in DASHES)
 MAX_LINES = len(COLOURS)  # in one panel
+MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
+MAX_DRAWN = 1e100  # a scale of larger numbers would overflow
 Look = dict[str, Any]
 """Keyword arguments of an artist."""
 LIMIT: Look = {"color": "black", "linestyle": (0, (3, 2)), "linewidth": 0.8}
@@ -159,6 +161,16 @@ def set_height(figure: "Figure | SubFigure", height: float) -> None:
         figure.set_figheight(height * min(1.0, max(MIN_PANEL, figure.get_figwidth() / WIDTH)))
 
 
+def single_panel(figure: "Figure | SubFigure", height: float, title: str) -> Any:
+    """Return the Axes of a picture of one panel, with its grid, height in inches and title."""
+    set_height(figure, height)
+    set_title(figure, title)
+    ax = figure.subplots()
+    ax.grid(visible=True)
+    ax.margins(x=0.0)
+    return ax
+
+
 def letters_across(figure: "Figure | SubFigure", size: float = 1.0) -> int:
     """Return how many letters a line across a figure has; `size` is relative to the usual one."""
     width = float(figure.bbox.width / figure.dpi)
@@ -192,10 +204,10 @@ def title_of(record: "Record", *notes: str) -> str:
 MAX_OVERRIDES, MAX_OVERRIDE = 3, 24  # in a title, and letters of the value of one
 
 
-def short_overrides(attributes: Mapping[str, str], told: Sequence[str] = ()) -> list[str]:
+def short_overrides(attributes: Mapping[str, str], stated: Sequence[str] = ()) -> list[str]:
     """Return the overrides of a result for its title, with as much of each key as tells them apart.
 
-    `told` are words that the title has anyway, such as "backend rkf45".
+    `stated` are words that the title has anyway, such as "backend rkf45".
     """
     overrides = overrides_of(attributes, MAX_OVERRIDE)
     overrides.pop("title", None)  # it is the title
@@ -205,7 +217,7 @@ def short_overrides(attributes: Mapping[str, str], told: Sequence[str] = ()) -> 
     texts = [
         f"{name} = {with_unit(value, unit)}"
         for (name, value), unit in zip(pairs, units, strict=True)
-        if f"{name} {value}" not in told
+        if f"{name} {value}" not in stated
     ]
     more = len(texts) - MAX_OVERRIDES
     return [*texts[:MAX_OVERRIDES], f"{more} more set"] if more > 0 else texts

@@ -28,6 +28,7 @@ from frictionsim.display import (
     SKY,
     TENSION_COLOURS,
     VERMILION,
+    cut_text,
     picture_text,
     short_names,
     study_text,
@@ -36,6 +37,8 @@ from frictionsim.display import (
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, NOT_RUN, SobolIndices, SweepTable
 from frictionsim.plots.style import (
+    MARKERS,
+    MAX_DRAWN,
     MAX_LINES,
     Look,
     add_legend,
@@ -67,40 +70,27 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
 
 MAX_PANELS, MAX_KEYS, COLUMNS = 6, 3, 2
-MAX_DRAWN = 1e100  # a scale of larger numbers would overflow
 HEADING, CURVES, MAPS, SAMPLES = 0.9, 2.1, 2.7, 2.0  # inches, of titles and of rows of panels
 MAX_WORD, MAX_SHOWN = 30, 8  # letters of a name; values of a key in a message
 MAX_CELLS = (6, 8)  # columns and rows of cells with their values written in them
 LOG_RATIO = 1e3  # of the largest value to the least, above which a scale is logarithmic
-MARKERS = ("o", "s", "^", "D", "v", "P", "*", "h")
 # At the lower edge of a panel or in a cell, or around the value of a run with a failed audit.
 MARKS: dict[str, Look] = {
-    "failed": {"marker": "x", "color": VERMILION, "markersize": 6, "markeredgewidth": 1.6},
-    "not defined": {"marker": "v", "color": GREY, "markersize": 5, "fillstyle": "none"},
-    "not run": {"marker": "_", "color": BLACK, "markersize": 7, "markeredgewidth": 1.5},
-    "audit failed": {"marker": "D", "color": VERMILION, "markersize": 6, "fillstyle": "none"},
+    "failed": {"marker": "x", "color": VERMILION, "ms": 6, "mew": 1.6, "ls": ""},
+    "not defined": {"marker": "v", "color": GREY, "ms": 5, "fillstyle": "none", "ls": ""},
+    "not run": {"marker": "_", "color": BLACK, "ms": 7, "mew": 1.5, "ls": ""},
+    "audit failed": {"marker": "D", "color": VERMILION, "ms": 6, "fillstyle": "none", "ls": ""},
 }
 
 
 class KeyAxis(NamedTuple):
-    """A varied key along an axis.
-
-    Attributes
-    ----------
-    key, unit : str
-    values : (n,)
-        In ascending order; of text, or if values are equal, the numbers from 0.
-    order : (n,) of int
-        The place of each in the sweep.
-    labels : tuple of str
-        Of text; empty for numbers.
-    """
+    """A varied key along an axis."""
 
     key: str
     unit: str
-    values: Any
-    order: Any
-    labels: tuple[str, ...] = ()
+    values: Any  # (n,); in ascending order; of text, or if values are equal, the numbers from 0
+    order: Any  # (n,) of int; the place of each in the sweep
+    labels: tuple[str, ...] = ()  # of text; empty for numbers
 
     @property
     def log(self) -> bool:
@@ -108,43 +98,37 @@ class KeyAxis(NamedTuple):
         if self.labels or self.values.size < 3 or self.values[0] <= 0.0:
             return False
         steps, ratios = np.diff(self.values), np.diff(np.log(self.values))
-        unevenness = float(ratios.max() / ratios.min())
         wide = self.values[-1] >= 3.0 * self.values[0]  # else it shows nothing more
-        return bool(wide and unevenness < min(1.6, steps.max() / steps.min()))
+        uneven = float(ratios.max() / ratios.min())
+        return bool(wide and uneven < min(1.6, steps.max() / steps.min()))
 
     @property
     def edges(self) -> Any:
         """The edges of the cells around the values, halfway between them."""
+        if self.values.size == 1:
+            half = 0.5 * abs(self.values[0]) or 0.5
+            return np.array([self.values[0] - half, self.values[0] + half])
         values = np.log(self.values) if self.log else self.values
         middle = 0.5 * (values[1:] + values[:-1])
-        if values.size == 1:
-            middle = values + (0.5 * abs(values) or 0.5)
-        ends = [2.0 * values[0] - middle[0]], [2.0 * values[-1] - middle[-1]]
-        edges = np.concatenate((ends[0], middle, ends[1]) if values.size > 1 else (ends[0], middle))
+        edges = np.array([2.0 * values[0] - middle[0], *middle, 2.0 * values[-1] - middle[-1]])
         return np.exp(edges) if self.log else edges
 
     def text(self, place: int) -> str:
         """Return a value with its unit; `place` is that along the axis."""
         if self.labels:
-            return shorten_word(self.labels[place])
+            return cut_text(self.labels[place], MAX_WORD)
         return with_unit(study_text(self.values[place]), self.unit)
-
-    def plain(self, place: int) -> str:
-        """Return a value as the argument `at` takes it."""
-        return self.labels[place] if self.labels else repr(float(self.values[place]))
 
     def prepare(self, ax: Any, side: str) -> None:
         """Give the x or y axis of Axes its scale and label, and ticks at the values of text."""
-        words = ",\n".join(names_in(self.key))
-        ax.set(**{f"{side}label": axis_label(words, self.unit, 60)})
+        ax.set(**{f"{side}label": axis_label(",\n".join(names_in(self.key)), self.unit, 60)})
         if self.log:
             ax.set(**{f"{side}scale": "log"})
         if self.labels:
             step = -(-len(self.labels) // 20)
-            texts = [plain(shorten_word(label)) for label in self.labels[::step]]
-            turned = (
-                {"rotation": 30, "ha": "right"} if side == "x" and len("".join(texts)) > 40 else {}
-            )
+            texts = [plain(cut_text(label, MAX_WORD)) for label in self.labels[::step]]
+            long = side == "x" and len("".join(texts)) > 40
+            turned = {"rotation": 30, "ha": "right"} if long else {}
             getattr(ax, f"set_{side}ticks")(self.values[::step], labels=texts, **turned)
 
 
@@ -157,16 +141,10 @@ def key_axis(key: str, coordinate: "Coordinate") -> KeyAxis:
         return KeyAxis(key, "", places.astype(float), places, tuple(texts))
     numbers = np.asarray(values, dtype=float)
     order = np.argsort(numbers, kind="stable")
-    if (np.diff(numbers[order]) <= 0.0).any():
-        places = np.arange(numbers.size)
-        labels = tuple(map(study_text, numbers[order]))
-        return KeyAxis(key, coordinate.unit, places.astype(float), order, labels)
-    return KeyAxis(key, coordinate.unit, numbers[order], order)
-
-
-def shorten_word(text: str) -> str:
-    """Return a text that is not too long for a label."""
-    return text if len(text) <= MAX_WORD else f"{text[: MAX_WORD - 1]}…"
+    numbers, labels = numbers[order], tuple[str, ...]()
+    if (np.diff(numbers) <= 0.0).any():  # equal ones are side by side
+        numbers, labels = np.arange(float(numbers.size)), tuple(map(study_text, numbers))
+    return KeyAxis(key, coordinate.unit, numbers, order, labels)
 
 
 def short_keys(keys: Sequence[str]) -> list[str]:
@@ -192,10 +170,11 @@ def draw_sweep(
         By key of a grid, the one value of it that is drawn.
     """
     _check(table, quantities)
+    design = table.attributes["design"]
+    if at and "run" in table.dimensions:
+        raise ArgumentError("at", f"it applies to a grid; this sweep is a {design}")
     figure = new_figure() if figure is None else figure
-    if table.attributes["design"] == SAMPLE:
-        if at:
-            raise ArgumentError("at", "it applies to a grid; this sweep is a sample")
+    if design == SAMPLE:
         _draw_sample(table, quantities, figure)
     else:
         _draw_grid(table, quantities, figure, *_axes_of(table, at or {}))
@@ -226,9 +205,6 @@ def _check(table: SweepTable, quantities: Sequence[str]) -> None:
 def _axes_of(table: SweepTable, at: Mapping[str, Any]) -> tuple[list[KeyAxis], Any, list[str]]:
     """Return the axes of the keys with several values, the runs in their shape, and notes."""
     if "run" in table.dimensions:  # values together: over the first key of numbers
-        if at:
-            design = table.attributes["design"]
-            raise ArgumentError("at", f"it applies to a grid; this sweep is a {design}")
         axes = [key_axis(*item) for item in table.coordinates.items()]
         axis = next((axis for axis in axes if not axis.labels), axes[0])
         others = [other.key for other in axes if other is not axis]
@@ -239,23 +215,23 @@ def _axes_of(table: SweepTable, at: Mapping[str, Any]) -> tuple[list[KeyAxis], A
             raise ArgumentError("at", unknown("varied key", key, list(table.dimensions)))
     runs: Any = np.arange(table.runs).reshape(table.shape)
     several = [key for key, size in table.dimensions.items() if size > 1 and key not in at]
-    free = several or [next(iter(table.dimensions))]  # a single run is a point over its first key
+    single = [] if several else [next(iter(table.dimensions))]  # a run is a point over its key
     drawn: list[KeyAxis] = []
     fixed: list[str] = []
     for key in table.dimensions:
         axis = key_axis(key, table.coordinates[key])
         runs = runs.take(axis.order, axis=len(drawn))
+        if key in several:
+            drawn.append(axis)
+            continue
         place = _place(axis, at[key]) if key in at else 0
-        if key not in free:
+        if key in single:
+            runs = runs.take([place], axis=0)
+            values = np.zeros(1) if axis.labels else axis.values[[place]]
+            drawn.append(axis._replace(values=values, labels=axis.labels[place : place + 1]))
+        else:
             runs = runs.take(place, axis=len(drawn))
             fixed.append(f"{key} = {axis.text(place)}")
-            continue
-        if key in at:
-            runs = runs.take([place], axis=len(drawn))
-            labels = axis.labels[place : place + 1]
-            values = np.zeros(1) if labels else axis.values[place : place + 1]
-            axis = axis._replace(values=values, labels=labels)
-        drawn.append(axis)
     return drawn, runs, fixed
 
 
@@ -297,33 +273,26 @@ def _draw_grid(
 ) -> None:
     """Draw each quantity into a panel; with three keys one of them, for each value of the third."""
     keys, drawn = [axis.key for axis in axes], runs.size
-    if len(axes) > MAX_KEYS:
-        raise ArgumentError(
-            "at",
-            f"{len(axes)} keys have several values ({', '.join(keys)}), a picture shows {MAX_KEYS}"
-            " at most; give values of the others",
-        )
+    third = _third(axes, quantities) if len(axes) > 2 else None
     names, more = list(quantities), list[str]()
-    if len(axes) == MAX_KEYS:
-        third, axis = _third(axes, quantities)
-        names, more = (names, more) if names else chosen(table, runs, 1)
-        axes = axes[:third] + axes[third + 1 :]
+    if not names:
+        names, more = chosen(table, runs, 1 if third is not None else MAX_PANELS)
+    panels = [_Panel(name, runs) for name in names]
+    if third is not None:
+        axis = axes.pop(third)
         titles = [f"{axis.key} = {axis.text(i)}" for i in range(axis.values.size)]
         panels = [_Panel(names[0], runs.take(i, axis=third), t) for i, t in enumerate(titles)]
-    else:
-        names, more = (names, more) if names else chosen(table, runs, MAX_PANELS)
-        panels = [_Panel(name, runs) for name in names]
     is_map = len(axes) == 2
     if is_map and bool(axes[0].labels) != bool(axes[1].labels):
         if axes[0].labels:
             axes = axes[::-1]
             panels = [panel._replace(runs=panel.runs.T) for panel in panels]
         is_map = axes[1].values.size > MAX_LINES
-    places = _places(figure, len(panels), MAPS if is_map else CURVES, sharey=bool(panels[0].title))
+    places = _places(figure, len(panels), MAPS if is_map else CURVES, sharey=third is not None)
     for ax, panel in zip(places, panels, strict=True):
         ax.set_title(plain(panel.title), fontsize="small")
         draw = _draw_map if is_map else _draw_curves
-        draw(ax, table, panel, axes, runs if panel.title else panel.runs)
+        draw(ax, table, panel, axes, runs if third is not None else panel.runs)
     for ax in places[:-COLUMNS] if len(panels) > 1 else []:
         ax.set_xlabel("")
     for ax in places[1::2] if is_map else []:
@@ -331,28 +300,36 @@ def _draw_grid(
     figure.align_ylabels(places)
     _title(figure, table, keys, [*notes, *more], drawn)
     curves = places[0].lines[: axes[1].values.size] if len(axes) == 2 and not is_map else []
-    names = [f"{short_keys([axes[1].key])[0]} = {axes[1].text(i)}" for i in range(len(curves))]
-    handles = dict(zip(names, curves, strict=True)) | _marks_drawn(table, panels, curves)
+    words = [f"{short_keys([axes[1].key])[0]} = {axes[1].text(i)}" for i in range(len(curves))]
+    handles = dict(zip(words, curves, strict=True)) | _marks_drawn(table, panels, curves)
     add_legend(figure, handles, columns=3)
 
 
-def _third(axes: list[KeyAxis], quantities: Sequence[str]) -> tuple[int, KeyAxis]:
-    """Return the key with a panel for each value: the last of text, else the last."""
+def _third(axes: list[KeyAxis], quantities: Sequence[str]) -> int:
+    """Return which key has a panel for each value: the last of text, else the last."""
     third = max((i for i, axis in enumerate(axes) if axis.labels), default=len(axes) - 1)
     axis = axes[third]
+    example = axis.labels[0] if axis.labels else repr(float(axis.values[0]))
+    if len(axes) > MAX_KEYS:
+        keys = ", ".join(axis.key for axis in axes)
+        raise ArgumentError(
+            "at",
+            f"{len(axes)} keys have several values ({keys}), a picture shows {MAX_KEYS} at most;"
+            " give values of the others",
+        )
     if axis.values.size > MAX_PANELS:
         raise ArgumentError(
             "at",
             f"three keys have several values, and {axis.key} has {axis.values.size}, more than the"
-            f" {MAX_PANELS} panels of a picture; give a value of it, e.g. {axis.plain(0)}",
+            f" {MAX_PANELS} panels of a picture; give a value of it, e.g. {example}",
         )
     if len(quantities) > 1:
         raise ArgumentError(
             "view",
             "with three keys of several values a picture shows one quantity, got"
-            f" {len(quantities)}; give one, or a value of {axis.key} as 'at', e.g. {axis.plain(0)}",
+            f" {len(quantities)}; give one, or a value of {axis.key} as 'at', e.g. {example}",
         )
-    return third, axis
+    return third
 
 
 def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[str], list[str]]:
@@ -398,51 +375,35 @@ def _draw_curves(
     known = values_of(table, panel.name, scaled)
     norm = norm_of(known) if np.isfinite(known).any() else None
     values, marks = sound_values(table, panel.name)[columns], _marks(table, panel.name, columns)
-    looks = []
-    for i in range(columns.shape[1]):
-        y = values[:, i]
+    several = columns.shape[1] > 1
+    for i, y in enumerate(values.T):
         height = np.log(y) if isinstance(norm, LogNorm) else y
         jumps = jumps_between(x, height)
         if axes[0].log:
             jumps &= jumps_between(np.log(x), height)
         places = np.arange(1, x.size)[jumps]
-        look = curve_look(i, x.size, is_joined(axes[0], y, table.units[panel.name]))
+        look = line_look(i) | {"marker": MARKERS[i % len(MARKERS)]}
+        look["markersize"] = 4 if x.size <= 60 else 2
+        if axes[0].labels:
+            look["linestyle"] = ""
         ax.plot(np.insert(x, places, np.nan), np.insert(y, places, np.nan), **look)
-        looks.append(look)
-    for i, look in enumerate(looks):
-        for n, (mark, own) in enumerate(MARKS.items()):
-            at = marks[mark][:, i]
-            if not at.any():
-                continue
-            own = own if columns.shape[1] == 1 else own | {"color": look["color"]}
-            if mark == "audit failed":
-                ax.plot(x[at], table.values[panel.name][columns[at, i]], linestyle="", **own)
-            else:
+    for n, (mark, own) in enumerate(MARKS.items()):
+        for i, at in enumerate(marks[mark].T):
+            look = own | {"color": line_look(i)["color"]} if several else own
+            if at.any() and mark == "audit failed":
+                ax.plot(x[at], table.values[panel.name][columns[at, i]], **look)
+            elif at.any():
                 low = np.full(at.sum(), 0.03 + 0.05 * i + 0.01 * n)
-                ax.plot(x[at], low, linestyle="", transform=ax.get_xaxis_transform(), **own)
-    below = any(marks[mark].any() for mark in MARKS if mark != "audit failed")
+                ax.plot(x[at], low, transform=ax.get_xaxis_transform(), **look)
     if norm is None:
         ax.set_yticks([])
         return
     if isinstance(norm, LogNorm):
         ax.set_yscale("log")
+    below = any(marks[mark].any() for mark in MARKS if mark != "audit failed")
     ax.margins(x=0.03, y=0.1 + 0.06 * columns.shape[1] * below)  # marks are below all values
     if is_constant(known):
         ax.set_ylim(norm.vmin, norm.vmax)
-
-
-def is_joined(axis: KeyAxis, values: "Array", unit: str) -> bool:
-    """Return whether a line joins values: not those of texts, nor counts."""
-    whole = values[np.isfinite(values)]
-    counts = unit == "1" and whole.size and (whole == np.round(whole)).all() and np.ptp(whole) > 0.0
-    return not axis.labels and not counts
-
-
-def curve_look(number: int, points: int, joined: bool) -> Look:
-    """Return the look of a curve: with a marker at each run."""
-    look = line_look(number) | {"marker": MARKERS[number % len(MARKERS)]}
-    look["markersize"] = 4 if points <= 60 else 2
-    return look if joined else look | {"linestyle": ""}
 
 
 def norm_of(values: "Array") -> Normalize:
@@ -479,7 +440,7 @@ def _draw_map(
     for mark, where in _marks(table, panel.name, panel.runs).items():
         columns, rows = np.nonzero(where)
         if columns.size:
-            ax.plot(x.values[columns], y.values[rows], linestyle="", **MARKS[mark])
+            ax.plot(x.values[columns], y.values[rows], **MARKS[mark])
     ax.set(xlim=x.edges[[0, -1]], ylim=y.edges[[0, -1]])
 
 
@@ -496,7 +457,7 @@ def _marks_drawn(table: SweepTable, panels: Sequence[_Panel], curves: Any) -> di
             several = f"{some[0]} to {some[-1]}" if len(some) > 1 else f"{some[0]}"
             words = f"{mark}: {several} run{'' if several == '1' else 's'}"
             black = {"color": BLACK} if curves else {}
-            handles[words] = Line2D([], [], linestyle="", **(look | black))
+            handles[words] = Line2D([], [], **(look | black))
     return handles
 
 
@@ -544,12 +505,9 @@ def _draw_histogram(ax: Any, table: SweepTable, name: str, values: "Array") -> N
         _write(ax, "not defined in any run")
         return
     known = values[np.isfinite(values)]
-    norm = norm_of(known)
-    edges = np.array([norm.vmin, norm.vmax])
-    if not is_constant(known):
-        edges = np.histogram_bin_edges(known, "rice")
-        edges = np.linspace(edges[0], edges[-1], min(edges.size, MAX_BINS + 1))
-    ax.hist(known, bins=edges, color=SKY, edgecolor=BLACK, linewidth=0.4)
+    norm, bins = norm_of(known), min(int(2.0 * known.size ** (1.0 / 3.0)) + 1, MAX_BINS)
+    ends = norm.vmin, norm.vmax
+    ax.hist(known, bins=bins, range=ends, color=SKY, edgecolor=BLACK, linewidth=0.4)
     ax.locator_params(axis="x", nbins=6)
     places = ((s.mean,), (s.quantile_50,), (s.quantile_5, s.quantile_95))
     for look, at in zip(LINES.values(), places, strict=True):
@@ -583,7 +541,9 @@ def _draw_tornado(ax: Any, keys: Sequence[str], indices: SobolIndices) -> None:
         error: Look = {"elinewidth": 1.0, "capsize": 2.0, "ecolor": BLACK}
         ax.barh(places + 0.19 * up, values[order], 0.38, xerr=around, error_kw=error, **look)
     names = short_keys(keys)
-    ax.set_yticks(places, labels=[plain(shorten_word(names[i])) for i in order], fontsize="small")
+    ax.set_yticks(
+        places, labels=[plain(cut_text(names[i], MAX_WORD)) for i in order], fontsize="small"
+    )
     ax.set_ylim(order.size - 0.5, -0.5)
     low, high = (float(of(indices.values[:, order])) for of in (np.nanmin, np.nanmax))
     ax.set_xlim(max(-MAX_INDEX, min(0.0, 1.05 * low)), min(MAX_INDEX, max(1.0, 1.05 * high)))
@@ -639,8 +599,8 @@ def _title(
         if number[status]:
             parts.append(f"{number[status]} {words}")
     names = short_keys(keys)
-    varied = f"{len(names)} keys"
-    if len(names) <= MAX_KEYS:
-        varied = " and ".join([*([", ".join(names[:-1])] if names[:-1] else []), names[-1]])
+    first = ", ".join(names[:-1])
+    varied = f"{first} and {names[-1]}" if first else names[-1]
+    varied = varied if len(names) <= MAX_KEYS else f"{len(names)} keys"
     title = shorten(attributes["title"] or attributes["kind"], 240, placeholder="…")
     set_title(figure, f"{title}: sweep over {varied}\n({'; '.join(parts)})")

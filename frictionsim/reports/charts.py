@@ -67,46 +67,22 @@ def thinned(values: "Array", limit: int = MAX_SAMPLES) -> Any:
 
 
 class Line(NamedTuple):
-    """A line of a panel.
+    """A line of a panel."""
 
-    Attributes
-    ----------
-    run : int
-        Number of the result in the report.
-    number : int
-        Of the line among those of its result in this panel.
-    label : str
-        The member of the channel's axis, or the energy; empty for the only line.
-    time, values : (n,)
-    steps : bool
-        The value is that of the sample before, as of a count.
-    """
-
-    run: int
-    number: int
-    label: str
-    time: "Array"
+    run: int  # number of the result in the report
+    number: int  # of the line among those of its result in this panel
+    label: str  # the member of the channel's axis, or the energy; empty for the only line
+    time: "Array"  # (n,)
     values: "Array"
-    steps: bool = False
+    steps: bool = False  # the value is that of the sample before, as of a count
 
 
 class Panel(NamedTuple):
-    """Lines of one quantity over time.
+    """Lines of one quantity over time."""
 
-    Attributes
-    ----------
-    name : str
-        Of the channel or of the group of channels.
-    title : str
-        What it is, and its unit.
-    first : bool
-        It is seen at first.
-    lines : list of Line
-    """
-
-    name: str
-    title: str
-    first: bool
+    name: str  # of the channel or of the group of channels
+    title: str  # what it is, and its unit
+    first: bool  # it is seen at first
     lines: list[Line]
 
 
@@ -292,6 +268,28 @@ def _shade(traces: list[Json], record: "Record") -> list[Json]:
         trace = {"type": "scatter", "mode": "markers", "marker": marker, "name": words}
         traces.append(trace | {"x": [None], "y": [None]})
     return areas
+
+
+def wear_figure(records: Sequence["Record"], labels: Sequence[str]) -> Json | None:
+    """Return the friction work along the belt at the end of runs; None without it."""
+    if not any("friction_work" in record.channels for record in records):
+        return None
+    from frictionsim.motion.belt_drive import wear_of  # of belts alone
+
+    traces = []
+    for i, (record, label) in enumerate(zip(records, labels, strict=True)):
+        if "friction_work" in record.channels:
+            edges, work = wear_of(record)
+            line = {"color": COLOURS[i % len(COLOURS)], "shape": "hv", "width": 1.6}
+            place = {"x": numbers(edges, "f8"), "y": numbers(np.append(work, work[-1]))}
+            trace = {"type": "scatter", "mode": "lines", "line": line, "name": chart_text(label)}
+            traces.append(trace | place | {"showlegend": bool(label)})
+    titles = {"x": "distance along the unstretched belt, m", "y": "friction work, J/m"}
+    axes = {f"{side}axis": {"title": {"text": words}} for side, words in titles.items()}
+    axis = {"gridcolor": GRID, "linecolor": AXIS, "showline": True}
+    template = {"layout": {"xaxis": axis, "yaxis": axis}}
+    layout = LOOK | axes | {"height": 2 * PANEL, "margin": MARGIN, "template": template}
+    return {"data": traces, "layout": layout}
 
 
 LOOK: Json = {

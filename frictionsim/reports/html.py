@@ -1,9 +1,16 @@
-"""Documents as HTML: for notebooks, and for pages with captions that screen readers announce."""
+"""Documents as HTML, for notebooks and pages, and the one file of a report."""
 
-from collections.abc import Iterable, Sequence
+import gzip
+import json
+from base64 import b64encode
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from html import escape
+from importlib.resources import files
+from string import Template
+from typing import Any
 
-from frictionsim.display import STUDY_DIGITS, number_text, with_minus
+from frictionsim.display import STUDY_DIGITS, number_text, page_style, with_minus
 from frictionsim.document import Block, Cell, Document, Number, Table
 from frictionsim.io.terminal import visible
 
@@ -81,14 +88,10 @@ def listed(items: Iterable[str]) -> Html:
     return Html(inner and f"<ul>\n{inner}</ul>")
 
 
-def folded(summary: str, content: str, opened: bool = True) -> Html:
+def folded(summary: str, content: str) -> Html:
     """Return a text of several lines, such as TOML, that can be folded away."""
-    return _details(summary, f'<pre tabindex="0"><code>{escaped(content)}</code></pre>', opened)
-
-
-def _details(summary: str, inner: str, opened: bool) -> Html:
-    attribute = " open" if opened else ""
-    return Html(f"<details{attribute}><summary>{escaped(summary)}</summary>{inner}</details>\n")
+    inner = f'<pre tabindex="0"><code>{escaped(content)}</code></pre>'
+    return Html(f"<details open><summary>{escaped(summary)}</summary>{inner}</details>\n")
 
 
 def region(style: str, label: str, content: Html) -> Html:
@@ -147,3 +150,40 @@ def _content(cell: Cell) -> str:
     if isinstance(cell, Html):
         return cell
     return escaped(with_minus(cell.shown) if isinstance(cell, Number) else cell)
+
+
+# The page of a report.
+
+LEVEL = 3  # of gzip: 6 takes three times as long for a page that is 3 % smaller
+
+
+def page(title: str, body: Html, data: Mapping[str, Any]) -> str:
+    """Return the HTML of a report.
+
+    Parameters
+    ----------
+    title : str
+        As it is, not for HTML.
+    data : mapping
+        For the player, as JSON has it: "charts" are figures of Plotly by the id of their place.
+    """
+    content = json.dumps(data, allow_nan=False, separators=(",", ":")).encode()
+    return Template(_asset("page.html")).substitute(
+        title=escaped(title),
+        style=page_style() + _asset("page.css"),
+        plotly=_plotly() if data.get("charts") else "",
+        body=body,
+        data=b64encode(gzip.compress(content, LEVEL, mtime=0)).decode("ascii"),
+        script=_asset("player.js"),
+    )
+
+
+@cache
+def _asset(name: str) -> str:
+    return files("frictionsim.reports").joinpath("page", name).read_text(encoding="utf-8")
+
+
+@cache
+def _plotly() -> str:
+    script = files("plotly").joinpath("package_data", "plotly.min.js")
+    return script.read_text(encoding="utf-8")

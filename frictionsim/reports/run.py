@@ -16,10 +16,9 @@ from frictionsim.display import (
 from frictionsim.document import Block, Cell, Table
 from frictionsim.errors import InputError
 from frictionsim.motion import motion_of, motions_compared
-from frictionsim.reports.charts import figure_of, panels_of, thinned, undrawn
+from frictionsim.reports.charts import figure_of, panels_of, thinned, undrawn, wear_figure
 from frictionsim.reports.drawing import Drawing
-from frictionsim.reports.html import Html, escaped, folded, html, listed, section, table
-from frictionsim.reports.page import page
+from frictionsim.reports.html import Html, escaped, folded, html, listed, page, section, table
 from frictionsim.reports.run_tables import after_label, differences, event_cells, origins, summary
 from frictionsim.scenario.kinds import unit_of
 from frictionsim.simulation.record import event_labels
@@ -81,6 +80,9 @@ def _stage(runs: "Sequence[ReportedRun]") -> tuple[Html, dict[str, Any]]:
     if more:
         figures["more"] = figure_of(more, records, labels)
         charts += '<details><summary>More channels</summary><div id="more"></div></details>'
+    if (wear := wear_figure(records, labels)) is not None:
+        figures["wear"] = wear
+        charts += '<h2>Wear at the end</h2><div id="wear"></div>'
     names = list(dict.fromkeys(name for run in runs for name in undrawn(run.record)))
     if names:
         words = f"{', '.join(names)}: of each body or joint, so not charted over time;"

@@ -1,6 +1,6 @@
 """The tables of one run, or of several of a kind side by side, for terminal, notebook and page."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from frictionsim.costs.error_estimate import OtherMesh
     from frictionsim.results import Record
 
-Errors = Mapping[str, float | None]
 # Belts at rest on two meshes have the same pretension to some 1e-10.
 SAME_ON_MESHES = 1e-8
 ALONE = ("",)  # the labels of a single result
@@ -31,32 +30,16 @@ AUDIT = (">value", ">limit", "verdict")  # of a single result
 
 
 class ReportedRun(NamedTuple):
-    """A run as its report shows it.
-
-    Attributes
-    ----------
-    record : Record
-    path : Path or None
-        Of its file.
-    label : str
-        Its name among the runs of a comparison; empty of a single run.
-    effects : tuple of str
-        The effects that were simulated.
-    errors : mapping
-        The estimated error by quantity; empty if they were not estimated.
-    error_estimate : str
-        How they were estimated.
-    other_mesh : OtherMesh or None
-        The quantities on another mesh, if they were sought.
-    """
+    """A run as its report shows it."""
 
     record: "Record"
-    path: Path | None = None
-    label: str = ""
-    effects: tuple[str, ...] = ()
+    path: Path | None = None  # of its file
+    label: str = ""  # its name among the runs of a comparison; empty of a single run
+    effects: tuple[str, ...] = ()  # the effects that were simulated
+    # The estimated error by quantity; empty if they were not estimated.
     errors: Mapping[str, float | None] = {}
-    error_estimate: str = ""
-    other_mesh: "OtherMesh | None" = None
+    error_estimate: str = ""  # how they were estimated
+    other_mesh: "OtherMesh | None" = None  # the quantities on another mesh, if they were sought
 
     def attribute(self, name: str) -> str:
         """Return a root attribute of its file; empty if it has none of that name."""
@@ -75,17 +58,20 @@ class ReportedRun(NamedTuple):
 
 def summary(runs: Sequence[ReportedRun]) -> Iterator[Block]:
     """Yield quantities, estimates of their errors, audit and solver statistics of runs."""
-    labels = [run.label for run in runs]
-    records = [run.record for run in runs]
-    errors = [run.errors for run in runs]
-    digits = [digits_of(run.attribute("kind"), run.attribute("scenario")) for run in runs]
-    others = [run.other_mesh for run in runs]
-    quantities = [record.quantities for record in records]
-    yield quantities_table(quantities, errors, labels, digits, others)
+    yield quantities_table(
+        Column(
+            run.record.quantities,
+            digits_of(run.attribute("kind"), run.attribute("scenario")),
+            run.label,
+            run.errors,
+            run.other_mesh,
+        )
+        for run in runs
+    )
     for run in runs:
         if run.errors and run.error_estimate:
             yield after_label(run, run.error_estimate)
-    yield audit_table([record.checks for record in records], labels)
+    yield audit_table([run.record.checks for run in runs], [run.label for run in runs])
     yield _counts(runs)
 
 
@@ -126,47 +112,40 @@ def digits_of(kind: str, scenario: str) -> Digits:
     return digits
 
 
-def quantities_table(
-    results: Sequence[Quantities],
-    errors: Sequence[Errors] = ({},),
-    labels: Sequence[str] = ALONE,
-    digits: Sequence[Digits] = (lambda name, value: DIGITS,),
-    others: "Sequence[OtherMesh | None]" = (None,),
-) -> Table:
-    """Return the quantities of results with their units, and the difference of two.
+class Column(NamedTuple):
+    """The quantities of a result in a table."""
 
-    Parameters
-    ----------
-    errors : sequence of mapping
-        The estimated errors of each result; empty if they were not estimated.
-    labels : sequence of str
-        The name of each result; empty of a single one.
-    digits : sequence of Digits
-        Of each result, where the estimated error does not tell them.
-    others : sequence of OtherMesh or None
-        The quantities of each result on another mesh.
-    """
-    headings = ["quantity"]
-    for label, known, other in zip(labels, errors, others, strict=True):
-        headings.append(f">{label or 'value'}")
-        headings += [f">error{_of(label)}"] if known else []
-        headings += [f">{other.name}{_of(label)}"] if other else []
-    headings += [f">{labels[1]} less {labels[0]}"] if len(results) == 2 else []
+    quantities: Quantities
+    digits: Digits  # where the estimated error does not tell them
+    label: str = ""  # the name of the result; empty of a single one
+    # The estimated errors; empty if they were not estimated.
+    errors: Mapping[str, float | None] = {}
+    other: "OtherMesh | None" = None  # the quantities on another mesh
+
+
+def quantities_table(columns: Iterable[Column]) -> Table:
+    """Return the quantities of results with their units, and the difference of two."""
+    columns, headings = list(columns), ["quantity"]
+    for one in columns:
+        of = f" of {one.label}" if one.label else ""
+        headings.append(f">{one.label or 'value'}")
+        headings += [f">error{of}"] if one.errors else []
+        headings += [f">{one.other.name}{of}"] if one.other else []
+    if len(columns) == 2:
+        headings.append(f">{columns[1].label} less {columns[0].label}")
     rows = []
-    for name in dict.fromkeys(name for quantities in results for name in quantities):
-        compared = [quantities.get(name) for quantities in results]
+    for name in dict.fromkeys(name for one in columns for name in one.quantities):
+        compared = [one.quantities.get(name) for one in columns]
         cells = [name]
-        for quantity, known, digit, other in zip(compared, errors, digits, others, strict=True):
-            value = None if quantity is None else quantity.value
-            count = DIGITS if value is None else digit(name, value)
-            text = quantity_text(value, known.get(name), count)
+        for quantity, one in zip(compared, columns, strict=True):
+            value, error = None if quantity is None else quantity.value, one.errors.get(name)
+            text = quantity_text(value, error, DIGITS if value is None else one.digits(name, value))
             cells.append("" if quantity is None else text)
-            cells += [error_text(known.get(name))] if known else []
-            cells += [_on_other_mesh(value, text, other.values.get(name))] if other else []
+            cells += [error_text(error)] if one.errors else []
+            cells += [_on_other_mesh(value, text, one.other.values.get(name))] if one.other else []
         cells += [_difference(*compared)] if len(compared) == 2 else []
-        # Files of several versions may have several units.
         units = dict.fromkeys(quantity.unit for quantity in compared if quantity is not None)
-        rows.append((*cells, " or ".join(units)))
+        rows.append((*cells, " or ".join(units)))  # files of several versions may have several
     return Table([*headings, "unit"], rows, "Quantities")
 
 
@@ -178,10 +157,6 @@ def _on_other_mesh(value: float | None, shown: str, other: float | None) -> str:
     if difference is not None and difference <= SAME_ON_MESHES * abs(other):
         return shown
     return quantity_text(other, difference)
-
-
-def _of(label: str) -> str:
-    return f" of {label}" if label else ""
 
 
 def _difference(a: Quantity | None, b: Quantity | None) -> str:

@@ -1,72 +1,59 @@
-"""The reports of studies: of a sweep, and of a work-precision study."""
+"""The reports of studies: of a sweep, and of a work-precision study, with their charts for Plotly.
 
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+No line of a chart joins the two sides of a jump, and a map has its cells: nothing is drawn where no
+run was.
+"""
+
+from collections.abc import Iterator, Sequence
+from math import isnan, log10
+from typing import Any
 
 import numpy as np
 
-from frictionsim.display import labelled, set_line
+from frictionsim.display import COLOURS, GREY, labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Table
-from frictionsim.io.cost_table import CostTable
-from frictionsim.io.sweep_table import DONE, STATUSES, SweepTable
+from frictionsim.io.cost_table import CostTable, line_of
+from frictionsim.io.sweep_table import DONE, RUN, STATUSES, SweepTable
+from frictionsim.reports.charts import DASHES, GRID, LOOK, SHADE, Json, domains, heading, numbers
 from frictionsim.reports.html import (
     Html,
+    chart_text,
+    escaped,
     folded,
     listed,
     number,
+    page,
     region,
     section,
     short,
     study_table,
 )
-from frictionsim.reports.page import study_page
-from frictionsim.reports.study_charts import cost_figure, sweep_figure
 from frictionsim.sweeps.statistics import (
     extreme_runs,
     grouped,
+    is_defined,
+    jumps_between,
     sound_values,
+    telling,
     varied_values,
 )
 
-MAX_KEYS, MAX_QUANTITIES = 30, 60  # columns of the table of runs
-
-
-class Kept(NamedTuple):
-    """The part of a sweep in the table of runs.
-
-    Attributes
-    ----------
-    runs : (n,) of int
-        Numbers of runs, in ascending order.
-    keys, quantities : list of str
-    """
-
-    runs: Any
-    keys: list[str]
-    quantities: list[str]
-
-
-def kept_of(table: SweepTable) -> Kept:
-    """Return the runs, keys and quantities of the table of runs: all, if not too many."""
-    keys, quantities = list(table.coordinates)[:MAX_KEYS], list(table.values)[:MAX_QUANTITIES]
-    limit = MAX_CELLS // (len(keys) + len(quantities) + 2)
-    if table.runs <= limit:
-        return Kept(np.arange(table.runs), keys, quantities)
-    special = [run for name in quantities for run in extreme_runs(sound_values(table, name))]
-    failed = np.flatnonzero(table.status != DONE)[: limit // 4]
-    even = np.linspace(0, table.runs - 1, max(2, limit - len(special) - failed.size))
-    runs = np.unique(np.concatenate((np.array(special, int), failed, even.astype(np.int64))))
-    return Kept(runs, keys, quantities)
-
-
-MAX_CELLS = 12_000  # of the table of runs
+MAX_CELLS = 12_000  # of the table of runs; more make a page slow
 MAX_GROUPS = 50  # of reasons and warnings
-MAX_PART_ROWS = 200  # of a table of the summary
-MAX_STUDY = 200_000  # characters
 CAPTIONS = {
     "key": "Varied keys",
     "quantity": "Quantities of completed runs that passed their audit",
 }
+
+
+def _study_page(
+    title: str, lines: Sequence[str], sections: Sequence[Html], figure: Json | None
+) -> str:
+    """Return the page of a study: a heading with lines below it, and its chart."""
+    top, *below = (escaped(line) for line in lines if line)
+    faint = "\n".join(f'<p class="note">{line}</p>' for line in below)
+    body = Html(f"<header><h1>{top}</h1>\n{faint}</header>\n{''.join(sections)}")
+    return page(title, body, {"charts": {"charts": figure}} if figure else {})
 
 
 def sweep_page(sweep: SweepTable, parts: Document, source: str) -> str:
@@ -81,77 +68,66 @@ def sweep_page(sweep: SweepTable, parts: Document, source: str) -> str:
     """
     title, *lines = parts
     # The head of the page names the file, and what was set.
-    told = (f"sweep: {source}", set_line(sweep.attributes))
-    summary = [part for part in lines if part not in told]
-    kept = kept_of(sweep)
+    in_head = (f"sweep: {source}", set_line(sweep.attributes))
     figure, note = sweep_figure(sweep)
     name = sweep.attributes["title"] or sweep.attributes["kind"]
+    words = "In TOML, which 'frictionsim sweep' runs again"
     sections = (
-        section("Summary", *map(_part, summary)),
+        section("Summary", *(_part(part) for part in lines if part not in in_head)),
         _chart(figure, note),
-        section("Runs", *_left_out(sweep, kept), _runs(sweep, kept)),
-        *_groups("Failures", sweep.texts, ("failure", "reason")),
-        *_groups("Warnings", sweep.texts, ("warnings",)),
-        section("Study", *_study(sweep.attributes["study"])),
+        section("Runs", *_runs(sweep)),
+        _groups("Failures", sweep, "failure", "reason"),
+        _groups("Warnings", sweep, "warnings"),
+        section("Study", folded(words, sweep.attributes["study"])),
     )
     heads = str(title), f"from {source}" if source else "", set_line(sweep.attributes)
-    return study_page(f"{name}: sweep", heads, sections, figure)
+    return _study_page(f"{name}: sweep", heads, sections, figure)
 
 
 def _chart(figure: Any, note: str) -> Html:
     place = Html() if figure is None else region("wide", "charts", Html('<div id="charts"></div>'))
-    return section("Charts", place, short(note, 1000) if note else Html())
+    return section("Charts", place, note or Html())
 
 
 def _part(part: Block) -> Block:
     """Return a line or a table of the summary."""
-    if isinstance(part, str):
-        return short(part, 1000)
     if not isinstance(part, Table):
         return part
     caption = CAPTIONS.get(part.headings[0], part.headings[0])
-    if len(part.rows) > MAX_PART_ROWS:
-        caption += f"; the first {MAX_PART_ROWS} of {len(part.rows)}"
-    return study_table(part._replace(rows=part.rows[:MAX_PART_ROWS], caption=caption))
+    return study_table(part._replace(caption=caption))
 
 
-def _left_out(sweep: SweepTable, kept: Kept) -> Iterator[str]:
-    """Yield how much of the sweep is in the page."""
-    counts = (
-        (kept.runs.size, sweep.runs, "runs", ", with extremes and the first failures among them"),
-        (len(kept.keys), len(sweep.coordinates), "varied keys", ""),
-        (len(kept.quantities), len(sweep.values), "quantities", ""),
-    )
-    for count, of, words, more in counts:
-        if count < of:
-            yield (
-                f"{count} of {of} {words} are in the table{more}; the summary counts all of them."
-            )
-
-
-def _runs(sweep: SweepTable, kept: Kept) -> Html:
+def _runs(sweep: SweepTable) -> Iterator[Block]:
+    """Yield the table of runs; of many runs some, with the extremes and failures among them."""
+    limit = MAX_CELLS // (len(sweep.coordinates) + len(sweep.values) + 2)
+    runs, caption = np.arange(sweep.runs), f"All {sweep.runs} runs"
+    if sweep.runs > limit:
+        special = [run for name in sweep.values for run in extreme_runs(sound_values(sweep, name))]
+        failed = np.flatnonzero(sweep.status != DONE)[: limit // 4]
+        even = np.linspace(0, sweep.runs - 1, max(2, limit - len(special) - failed.size))
+        runs = np.unique(np.concatenate((np.array(special, int), failed, even.astype(np.int64))))
+        caption = f"{runs.size} of {sweep.runs} runs"
+        yield (
+            f"{caption} are in the table, with extremes and the first failures among them; the"
+            " summary counts all of them."
+        )
     headings = [
         ">run",
-        *(f">{labelled(key, sweep.coordinates[key].unit)}" for key in kept.keys),
-        *(f">{labelled(name, sweep.units[name])}" for name in kept.quantities),
+        *(f">{labelled(key, of.unit)}" for key, of in sweep.coordinates.items()),
+        *(f">{labelled(name, sweep.units[name])}" for name in sweep.values),
         "outcome",
     ]
-    caption = f"{len(kept.runs)} of {sweep.runs} runs"
-    if len(kept.runs) == sweep.runs:
-        caption = f"All {sweep.runs} runs" if sweep.runs > 1 else "The run"
-    words = dict(STATUSES)
-    rows = [_run(sweep, kept, run, words) for run in kept.runs.tolist()]
-    return study_table(Table(headings, rows, caption, "runs"))
+    rows = [_run(sweep, run, dict(STATUSES)) for run in runs.tolist()]
+    yield study_table(Table(headings, rows, caption if sweep.runs > 1 else "The run", "runs"))
 
 
-def _run(sweep: SweepTable, kept: Kept, run: int, words: dict[int, str]) -> list[Cell]:
-    values = varied_values(sweep, run)
+def _run(sweep: SweepTable, run: int, words: dict[int, str]) -> list[Cell]:
     outcome = words[int(sweep.status[run])].replace("_", " ")
     why = [sweep.texts[name][run] for name in ("failure", "reason") if run in sweep.texts[name]]
     return [
         Number(str(run), run),
-        *(_cell(sweep, key, values[key]) for key in kept.keys),
-        *(number(float(sweep.values[name][run])) for name in kept.quantities),
+        *(_cell(sweep, key, value) for key, value in varied_values(sweep, run).items()),
+        *(number(float(values[run])) for values in sweep.values.values()),
         ": ".join((outcome, *why)),
     ]
 
@@ -159,46 +135,25 @@ def _run(sweep: SweepTable, kept: Kept, run: int, words: dict[int, str]) -> list
 def _cell(sweep: SweepTable, key: str, value: Any) -> Cell:
     if isinstance(value, str):
         return value
-    values = sweep.coordinates[key].values
-    if values.dtype.kind == "b" or values.dtype.itemsize == 1:
-        return "true" if value else "false"
-    return number(float(value))
+    return number(float(value)) if _is_number(sweep, key) else "true" if value else "false"
 
 
-def _groups(
-    heading: str, texts: dict[str, dict[int, str]], names: tuple[str, ...]
-) -> Iterator[Html]:
-    runs = sorted({run for name in names for run in texts[name]})
-    if not runs:
-        return
-    joined = {
-        run: ": ".join(texts[name][run] for name in names if run in texts[name]) for run in runs
+def _groups(heading: str, sweep: SweepTable, *names: str) -> Html:
+    """Return the texts of some names that runs have; those that differ in numbers only are one."""
+    runs = sorted({run for name in names for run in sweep.texts[name]})
+    texts = {
+        run: ": ".join(sweep.texts[name][run] for name in names if run in sweep.texts[name])
+        for run in runs
     }
-    one_line = "warnings" not in names
-    groups = grouped({r: " ".join(t.split()) if one_line else t for r, t in joined.items()})
-    rows = [
-        (each.text, number(each.runs, 10), number(each.first_run, 10))
-        for each in groups[:MAX_GROUPS]
-    ]
+    if names != ("warnings",):
+        texts = {run: " ".join(text.split()) for run, text in texts.items()}
+    groups = grouped(texts)
+    rows = [(g.text, number(g.runs, 10), number(g.first_run, 10)) for g in groups[:MAX_GROUPS]]
     rest = len(groups) - len(rows)
     caption = f"In {len(runs)} runs; texts that differ in numbers only are one"
-    if rest:
-        caption += f"; {rest} more kinds are left out"
+    caption += f"; {rest} more kinds are left out" if rest else ""
     headings = ("text", ">runs", ">first in run")
-    yield section(heading, study_table(Table(headings, rows, caption)))
-
-
-def _study(toml: str) -> Iterator[str]:
-    if len(toml) > MAX_STUDY:
-        yield (
-            f"The first {MAX_STUDY} of {len(toml)} characters; 'frictionsim show FILE --study'"
-            " prints all of them."
-        )
-    yield folded("In TOML, which 'frictionsim sweep' runs again", toml[:MAX_STUDY])
-
-
-MAX_CELLS_OF_COSTS = 40_000  # in the page; a study has some hundred rows of twenty
-MAX_NOTES, MAX_LINE = 10, 2000
+    return section(heading, study_table(Table(headings, rows, caption)) if runs else Html())
 
 
 def cost_page(costs: CostTable, parts: Document, source: str) -> str:
@@ -214,30 +169,235 @@ def cost_page(costs: CostTable, parts: Document, source: str) -> str:
     title = f"{costs.title or costs.kind}: error against run time"
     failed = sum(row["status"] == "failed" for row in costs.rows)
     counts = f"{len(costs.rows)} settings" + (f", {failed} failed" if failed else "")
-    ending = f"{': '.join(filter(None, (costs.status, costs.reason)))}, " if costs.status else ""
+    status = f"{': '.join(filter(None, (costs.status, costs.reason)))}, " if costs.status else ""
     lines = [
         f"kind {costs.kind}" if costs.kind else "",
-        f"{ending}{counts}" + (f", from {source}" if source else ""),
-        *costs.notes[:MAX_NOTES],
+        f"{status}{counts}" + (f", from {source}" if source else ""),
+        *costs.notes,
     ]
     _, *blocks = parts
     (table,) = (block for block in blocks if isinstance(block, Table))
+    at = blocks.index(table)
+    overrides = [row.get("overrides", "") for row in costs.rows]
+    rows = [[*cells, keys] for cells, keys in zip(table.rows, overrides, strict=True)]
+    headings, caption = (*table.headings, "keys it sets"), "All settings, one row each"
+    settings = study_table(Table(headings, rows, caption, "settings"))
     figure, note = cost_figure(costs)
-    before, after = blocks[: blocks.index(table)], blocks[blocks.index(table) + 1 :]
     sections = (
-        section("What to use", listed(map(short, after))),
+        section("What to use", listed(map(short, blocks[at + 1 :]))),
         _chart(figure, note),
-        section("Settings", *(short(line, MAX_LINE) for line in before), *_settings(costs, table)),
+        section("Settings", *blocks[:at], settings),
     )
-    return study_page(title, (title, *lines), sections, figure)
+    return _study_page(title, (title, *lines), sections, figure)
 
 
-def _settings(costs: CostTable, table: Table) -> Iterator[Block]:
-    """Yield the table of settings, with the keys that each sets."""
-    count = min(len(table.rows), MAX_CELLS_OF_COSTS // (len(table.headings) + 1))
-    if count < len(table.rows):
-        yield f"The first {count} of {len(table.rows)} rows are shown."
-    overrides = [row.get("overrides", "") for row in costs.rows[:count]]
-    rows = [[*cells, keys] for cells, keys in zip(table.rows, overrides, strict=False)]
-    headings = (*table.headings, "keys it sets")
-    yield study_table(Table(headings, rows, "All settings, one row each", "settings"))
+# Charts.
+
+MARKS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "star", "hexagon")
+MIN_ERROR, MAX_DRAWN = 1e-16, 1e100  # smaller errors are drawn here; larger numbers nowhere
+TARGETS = {1e-2: "1 %", 1e-3: "0.1 %"}
+FAILED_ABOVE = 4.0  # failed settings, as a multiple of the largest error
+WORK = {"wall_seconds": "wall time, s", "rhs_evaluations": "evaluations of the right-hand side"}
+MAX_QUANTITIES, MAX_KEYS = 12, 5  # panels; columns of a study of many keys
+PANEL, GAP = 250, 70  # pixels: height of a panel, and between panels
+ABOVE, BELOW, TITLE = 60, 50, 24  # of the legend, of the lowest axis, of the title of a panel
+WHY = "or the run failed, was not run, or failed its audit; the table says which."
+WIDE = 0.08  # between panels side by side, relative to one
+
+
+class Chart:
+    """A figure of panels in rows and columns, numbered from 1 along the rows."""
+
+    def __init__(self, rows: int, columns: int, panel: int = PANEL, wide: float = WIDE) -> None:
+        across = domains([1.0] * columns, wide)
+        down = [(1.0 - b, 1.0 - a) for a, b in domains([panel] * rows, GAP)]
+        self._places = [(x, y) for y in down for x in across]
+        self._columns = columns
+        axis = {"gridcolor": GRID, "zeroline": False}
+        inner = rows * (panel + GAP) - GAP
+        self.traces: list[Json] = []
+        self.layout: Json = LOOK | {
+            "template": {"layout": {"xaxis": axis, "yaxis": axis}},
+            "height": inner + ABOVE + BELOW,
+            "margin": {"l": 80, "r": 20, "t": ABOVE, "b": BELOW},
+            "legend": {"orientation": "h", "x": 0.0, "y": 1.0 + TITLE / inner, "yanchor": "bottom"},
+            "annotations": [],
+            "shapes": [],
+        }
+        self.figure = {"data": self.traces, "layout": self.layout}
+
+    def panel(self, number: int, x: Json, y: Json, title: str = "", shared: bool = True) -> Any:
+        """Give a panel its axes, of y the first of its row if `shared`; return its place."""
+        name, (across, up) = _suffix(number), self._places[number - 1]
+        first = number - (number - 1) % self._columns
+        if shared and first != number:
+            y = y | {"matches": f"y{_suffix(first)}", "showticklabels": False, "title": {}}
+        self.layout[f"xaxis{name}"] = {"domain": across, "anchor": f"y{name}", **x}
+        self.layout[f"yaxis{name}"] = {"domain": up, "anchor": f"x{name}", **y}
+        if title:
+            middle = 0.5 * sum(across)
+            self.layout["annotations"].append(heading(title, middle, up[1], "center"))
+        return across, up
+
+    def add(self, number: int, kind: str, **trace: Any) -> None:
+        """Add a trace to a panel."""
+        name = _suffix(number)
+        self.traces.append({"type": kind, "xaxis": f"x{name}", "yaxis": f"y{name}", **trace})
+
+    def level(self, number: int, value: float, words: str, down_to: float | None = None) -> None:
+        """Mark a level of a logarithmic axis by words, and a line or an area below it."""
+        place: Json = {"xref": f"x{_suffix(number)} domain", "yref": f"y{_suffix(number)}"}
+        ends = {"x0": 0, "x1": 1, "y0": down_to or value, "y1": value, "layer": "below"}
+        look: Json = {"type": "line", "line": {"color": GREY, "width": 1, "dash": "dot"}}
+        if down_to is not None:
+            look = {"type": "rect", "line": {"width": 0}, "fillcolor": SHADE}
+        self.layout["shapes"].append(look | place | ends)
+        text = {"text": words, "showarrow": False, "font": {"size": 11}}
+        at = {"x": 1.0, "y": log10(value), "xanchor": "right", "yanchor": "bottom"}
+        self.layout["annotations"].append(text | place | at)
+
+
+def _suffix(number: int) -> str:
+    return "" if number == 1 else str(number)
+
+
+def _title(text: str) -> Json:
+    return {"title": {"text": text, "standoff": 6}}
+
+
+def cost_figure(table: CostTable) -> tuple[Json, str]:
+    """Return the error against work, a line for each method, and a note on what is not drawn.
+
+    Left against wall time, right against evaluations; of meshes right the error in time alone.
+    """
+    panels, titles = [("wall_seconds", "error"), ("rhs_evaluations", "error")], ["", ""]
+    bands = [table.floor, table.floor]
+    if table.of_meshes:
+        panels = [("wall_seconds", "error"), ("wall_seconds", "time_error")]
+        titles = ["against the limit of fine meshes", "in time alone, on the scenario's own mesh"]
+        bands[1] = table.time_uncertainty or 0.0
+    names = {name for panel in panels for name in panel}
+    rows = [row for row in table.rows if all(isnan(row[k]) or row[k] < MAX_DRAWN for k in names)]
+    errors = [max(row[e], MIN_ERROR) for row in rows for _, e in panels if not isnan(row[e])]
+    chart = Chart(1, 2)
+    y = {"type": "log", "exponentformat": "power"} | _title("largest relative error")
+    for n, ((work, error), band) in enumerate(zip(panels, bands, strict=True), start=1):
+        chart.panel(n, {"type": "log", **_title(WORK[work])}, y, titles[n - 1])
+        for i, name in enumerate(dict.fromkeys(map(line_of, rows))):
+            of_line = [row for row in rows if line_of(row) == name]
+            done = [row for row in of_line if not isnan(row[error])]
+            failed = [row for row in of_line if row["status"] == "failed" and error == "error"]
+            colour = {"color": COLOURS[i % len(COLOURS)]}
+            chart.add(
+                n,
+                "scatter",
+                x=[row[work] for row in done],
+                y=[max(row[error], MIN_ERROR) for row in done],
+                mode="markers" if table.of_meshes else "lines+markers",
+                name=chart_text(name),
+                legendgroup=name,
+                showlegend=n == 1 and bool(done),
+                text=[chart_text(row["setting"]) for row in done],
+                line=colour | {"dash": DASHES[i % len(DASHES)], "width": 1.4},
+                marker=colour | {"symbol": MARKS[i % len(MARKS)], "size": 8},
+            )
+            if failed:
+                chart.add(
+                    n,
+                    "scatter",
+                    x=[row[work] for row in failed],
+                    y=[FAILED_ABOVE * max(errors, default=1.0)] * len(failed),
+                    mode="markers",
+                    name=f"{chart_text(name)}: {len(failed)} failed",
+                    legendgroup=f"{name}, failed",
+                    showlegend=n == 1,
+                    text=[chart_text(row.get("reason", "")) for row in failed],
+                    marker=colour | {"symbol": "x", "size": 10},
+                )
+        if band > 0.0:
+            below = min([band, *errors]) / 10.0
+            chart.level(n, band, "below: the reference uncertainty", below)
+        for target, words in TARGETS.items():
+            chart.level(n, target, words)
+    omitted = len(table.rows) - len(rows)
+    words = f"{omitted} settings have numbers that no axis shows; the table has them."
+    return chart.figure, words if omitted else ""
+
+
+def sweep_figure(table: SweepTable) -> tuple[Json | None, str]:
+    """Return the quantities that vary over the keys, and a note on those that are left out.
+
+    Over one key they are curves, over two numbers maps; else each is a row with the points of all
+    runs over each key. None if no quantity is defined.
+    """
+    defined = [name for name in table.values if is_defined(table, name)]
+    sound = {name: sound_values(table, name) for name in defined}
+    drawable = [n for n in defined if np.nanmax(np.abs(_finite(sound[n]))) < MAX_DRAWN]
+    varying = [name for name in telling(table) if name in drawable]
+    drawn = (varying or drawable)[:MAX_QUANTITIES]
+    others = [name for name in defined if name not in drawn]
+    notes = [f"Without a picture: {', '.join(others)}; the table has them."] if others else []
+    if not drawn:
+        return None, " ".join(notes)
+    keys = [key for key, of in table.coordinates.items() if len(set(np.array(of.values))) > 1]
+    keys = keys or list(table.coordinates)
+    grid = RUN not in table.dimensions
+    if grid and len(keys) == 2 and all(_is_number(table, key) for key in keys):
+        empty = [name for name in drawn if not np.isfinite(sound[name]).all()]
+        if empty:
+            notes.insert(0, f"An empty cell: {', '.join(empty)} not defined in that run, {WHY}")
+        return _maps(table, drawn, keys), " ".join(notes)
+    return _points(table, drawn, keys, joined=grid and len(keys) == 1), " ".join(notes)
+
+
+def _finite(values: Any) -> Any:
+    return values[np.isfinite(values)]
+
+
+def _is_number(table: SweepTable, key: str) -> bool:
+    values = table.coordinates[key].values
+    return not isinstance(values, list) and values.dtype.kind in "fi" and values.dtype.itemsize > 1
+
+
+def _label(table: SweepTable, name: str) -> str:
+    units = table.units.get(name) if name in table.values else table.coordinates[name].unit
+    return chart_text(labelled(name.rpartition(".")[2], units or "1"))
+
+
+def _maps(table: SweepTable, names: Sequence[str], keys: list[str]) -> Json:
+    """Return a map of each quantity over two keys, a cell for each run."""
+    columns = min(2, len(names))
+    chart = Chart(-(-len(names) // columns), columns, wide=0.4)
+    x, y = (numbers(table.coordinates[key].values, "f8") for key in keys)
+    place = [list(table.dimensions).index(key) for key in keys]
+    across, up = (_title(_label(table, key)) for key in keys)
+    for n, name in enumerate(names, start=1):
+        values = np.moveaxis(sound_values(table, name).reshape(table.shape), place, (0, 1))
+        (_, right), (low, high) = chart.panel(n, across, up, _label(table, name), shared=False)
+        bar = {"x": right + 0.005, "y": 0.5 * (low + high), "len": high - low, "thickness": 12}
+        image = numbers(values.reshape(table.shape[place[0]], -1).T, "f8")
+        chart.add(n, "heatmap", x=x, y=y, z=image, colorscale="Cividis", colorbar=bar)
+    return chart.figure
+
+
+def _points(table: SweepTable, names: Sequence[str], keys: list[str], joined: bool) -> Json:
+    """Return the quantities over each key, a point for each run; joined over one key of a grid."""
+    keys = keys[:MAX_KEYS]
+    chart = Chart(len(names), len(keys), panel=170)
+    runs = [varied_values(table, run) for run in range(table.runs)]
+    marker = {"color": COLOURS[0], "size": 7 if table.runs < 100 else 4}
+    look = {"marker": marker, "line": {"width": 1.4}, "showlegend": False}
+    for row, name in enumerate(names):
+        values = sound_values(table, name)
+        for column, key in enumerate(keys, start=1):
+            n, mode, y = row * len(keys) + column, "markers", values
+            x: Any = [chart_text(v) if isinstance(v := run[key], str) else v for run in runs]
+            if joined and _is_number(table, key):
+                places, mode = np.asarray(x, dtype=float), "lines+markers"
+                order = np.argsort(places, kind="stable")
+                at = 1 + np.flatnonzero(jumps_between(places[order], values[order]))
+                x = numbers(np.insert(places[order], at, np.nan), "f8")
+                y = np.insert(values[order], at, np.nan)
+            chart.panel(n, _title(_label(table, key)), _title(_label(table, name)))
+            chart.add(n, "scatter", x=x, y=numbers(y, "f8"), mode=mode, **look)
+    return chart.figure

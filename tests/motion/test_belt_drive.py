@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from frictionsim.errors import InputError
 from frictionsim.results import Record
 from tests.support.belt_results import belt_run
 from tests.support.motions import Arrow, Body, Line, Motion, motion
-from tests.support.records import BELTS, shown, with_scenario, without
+from tests.support.records import BELTS, shown, with_scenario
 
 
 def bodies_of(band: Line, record: Record) -> slice:
@@ -71,41 +70,6 @@ def test_a_guided_string_follows_its_arcs_and_touches_on_them_only(name: str) ->
     assert np.all(on[touching] > 0)
     # More than the bodies alone: the points between them too.
     assert touching.sum() > 3.0 * touching[:, bodies].sum()
-
-
-def test_a_fine_belt_and_a_long_run_are_thinned() -> None:
-    """To at most 300 points, and 60 000 of all frames together, so that a page stays small."""
-    bodies = 700
-    record = belt_run(bodies=bodies, samples=700)
-    band = band_of(motion(record))
-    stride = -(-bodies // 300)
-    assert band.points.shape[1] == -(-bodies // stride)
-    assert 30_000 < band.points[..., 0].size <= 60_000
-    first = np.asarray(record.channels["x"][0])[::stride]
-    assert band.points[0, :, 0] == pytest.approx(first, abs=1e-4)
-
-
-def test_what_is_not_recorded_is_left_out() -> None:
-    record = shown("two pulleys")
-    names = ("tension", "pulley_index", "sticking", "pulley_angle", "pulley_speed")
-    animation = motion(without(record, *names))
-    band = band_of(animation)
-    assert (band.value, band.stuck) == (None, None)
-    assert animation.readouts == ()
-    wheel = next(part for part in animation.parts if isinstance(part, Body))
-    assert len(wheel.shapes) == 1, "a wheel whose angle is not known has no mark"
-    for name in ("x", "y"):
-        with pytest.raises(InputError, match=f"it has no channel {name} "):
-            motion(without(record, name))
-
-
-def test_small_pulleys_are_shown_larger_as_well() -> None:
-    details = motion(shown("two pulleys")).details
-    assert [detail.name for detail in details] == ["driver", "driven"]
-    left, right, bottom, top = details[1].bounds
-    assert 0.5 * (left + right) == pytest.approx(0.515)
-    side = 3.6 * 0.027
-    assert [right - left, top - bottom] == pytest.approx([side, side])
 
 
 def test_a_patch_is_the_part_of_the_belt_that_the_scenario_names() -> None:

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import frictionsim as fs
-from frictionsim.results import SLACK, Record
+from frictionsim.results import Record
 from tests.support.motions import (
     Motion,
     arrow,
@@ -43,7 +42,7 @@ def drawn_pulley(number: int) -> tuple[dict[str, Any], dict[str, Any]]:
     return data, {"time": TIMES, "angle": angle, "drive_force": force, "friction_torque": torque}
 
 
-@pytest.mark.parametrize("number_", range(4))
+@pytest.mark.parametrize("number_", range(2))
 def test_a_pulley_turns_and_lifts_and_its_forces_balance(number_: int) -> None:
     data, channels = drawn_pulley(number_)
     animation, radius = (
@@ -107,27 +106,6 @@ def test_the_masses_are_where_their_velocities_take_them(name: str) -> None:
         assert other.y - other.y[0] == pytest.approx(car.y[0] - car.y, abs=1e-12)
 
 
-def test_marks_on_the_rope_pass_those_of_the_rim_by_the_slip() -> None:
-    animation, radius = moving(LIFT), 0.265
-    over = lines(animation, "rope")[0]
-    assert np.hypot(*over.points[0].T) == pytest.approx(radius)
-    passed = over.travel - radius * body(animation, "pulley").angle
-    speeds = number(animation, "car, velocity"), radius * number(animation, "angular velocity")
-    assert passed == pytest.approx(integral(speeds[0] - speeds[1], animation.time), abs=1e-3)
-    assert passed[-1] > 1.0
-    starts = next(e.time for e in solved(LIFT).transitions if e.contact == "cord")
-    assert np.all(np.abs(passed[animation.time <= starts]) < 1e-12)
-    assert over.spacing == pytest.approx(2.0 * pi * radius / 12)
-
-
-def test_the_slack_of_a_rope_stands_beside_the_drawing_while_it_is_slack() -> None:
-    animation, record = moving(SLACK_ROPE), solved(SLACK_ROPE)
-    gap = number(animation, "slack rope, car")
-    assert gap.max() > 0.02
-    slack = [e.time for e in record.transitions if SLACK in (e.mode_from, e.mode_to)]
-    assert not gap[(animation.time < slack[0]) | (animation.time > slack[-1])].any()
-
-
 @pytest.mark.parametrize("name", [LIFT, SLACK_ROPE])
 def test_tensions_and_reaction_are_the_channels_and_balance(name: str) -> None:
     animation, channels = moving(name), solved(name).channels
@@ -151,55 +129,3 @@ def test_tensions_and_reaction_are_the_channels_and_balance(name: str) -> None:
     assert swept[:, -1] - swept[:, 0] == pytest.approx(turn)
     (detail,) = animation.details
     assert np.abs(reaction.foot[:, 0]).max() < detail.bounds[1]
-
-
-@pytest.mark.parametrize("name", [LIFT, SLACK_ROPE, "pulley", "pulley_horizontal"])
-def test_everything_is_within_the_bounds(name: str) -> None:
-    animation = moving(name)
-    left, right, bottom, top = animation.bounds
-    for part in animation.parts:
-        if hasattr(part, "vector"):
-            points = part.foot + animation.scale * part.vector
-        elif hasattr(part, "shapes"):
-            points = np.column_stack([part.x, part.y])
-        else:
-            points = part.points.reshape(-1, 2)
-        assert left <= points[:, 0].min() <= points[:, 0].max() <= right, part.name
-        assert bottom <= points[:, 1].min() <= points[:, 1].max() <= top, part.name
-
-
-def test_no_counterweight_is_an_end_that_a_force_pulls() -> None:
-    data = shipped(
-        "lift",
-        drive__torque=None,
-        drive__force=9000.0,
-        effects__hanging_masses__counterweight=0.0,
-        effects__cord_friction=None,
-        solver__duration=0.2,
-        solver__rtol=1e-6,
-    )
-    animation = motion(fs.solve(data).record)
-    assert "counterweight" not in {part.name.split(" (")[0] for part in animation.parts}
-    end = lines(animation, "rope")[2].points[:, -1]
-    assert arrow(animation, "drive force").foot == pytest.approx(end)
-
-
-def test_a_pulley_that_a_torque_turns_shows_it_and_its_reaction() -> None:
-    turned = {"time": [0.0, 1.0, 2.0], "value": [0.0, 90.0, -30.0]}
-    changes: dict[str, Any] = {"drive__force": None, "drive__torque": turned}
-    data = shipped("pulley", **changes, solver__rtol=1e-6, solver__duration=2.0)
-    animation = motion(fs.solve(data).record)
-    weight, reaction = (
-        arrow(animation, name) for name in ("weight of the load", "reaction of the shaft")
-    )
-    assert reaction.vector == pytest.approx(-weight.vector)
-    (drive,) = lines(animation, "torque of the drive")
-    assert (drive.size.max(), drive.size.min()) == (pytest.approx(90.0), pytest.approx(-30.0))
-
-
-def test_the_travel_of_an_instant_is_that_of_the_run() -> None:
-    result = fs.solve("pulley")
-    time, angle = (float(result.dataset[name][-1]) for name in ("time", "angle"))
-    text = fs.plot(result, "mechanism", time=time).axes[0].texts[0].get_text()
-    travel = float(text.partition("travel of the load ")[2].split()[0])
-    assert travel == pytest.approx(0.0508 * angle, rel=1e-3)  # four digits are shown

@@ -65,13 +65,3 @@ def test_a_quantity_over_the_key_of_its_runs() -> None:
     assert axes[1].get_xlabel() == f"{FORCE}, N"
     assert axes[0].lines[0].get_xdata().tolist() == [300.0, 200.0, 400.0]
     assert axes[0].lines[1].get_xdata().tolist() == [200.0, 300.0, 400.0]
-
-
-def test_a_single_quantity_is_drawn_by_run() -> None:
-    fit = fs.fit(
-        frictionless(),
-        quantities={"final_angular_velocity": SLOPE * 200.0},
-        free={FORCE: (0.0, 1000.0)},
-        starts=1,
-    )
-    assert fit.plot().axes[1].get_xlabel() == "run"

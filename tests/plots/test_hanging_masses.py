@@ -2,7 +2,6 @@
 
 from functools import cache
 from math import atan, exp, pi, sin
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,8 +9,8 @@ import pytest
 from matplotlib.figure import Figure
 
 import frictionsim as fs
-from frictionsim.results import SLACK, STICK, Record
-from tests.support.records import draw, shown, with_channels
+from frictionsim.results import Record
+from tests.support.records import draw, shown
 from tests.support.scenarios import pulley
 
 LIFT, SLACK_ROPE = "lift", "hard/lift_slack_rope"
@@ -47,17 +46,6 @@ def drawn(name: str = LIFT, view: str = "response") -> Figure:
     return draw(solved(name), view)
 
 
-def test_the_panels_of_a_lift() -> None:
-    labels = [ax.get_ylabel().replace("\n", " ") for ax in drawn().axes]
-    assert labels == [
-        *("drive torque, N m", "tension of the rope, N", "friction torque, N m"),
-        *("velocity, m/s", "height above the start, m", "slip of the cord, m"),
-    ]
-    labels = [ax.get_ylabel() for ax in drawn(SLACK_ROPE).axes]
-    assert labels[-1] == "slack rope, m"
-    assert len(labels) == 6
-
-
 def test_the_torques_to_lift_and_to_hold_are_those_of_the_weights() -> None:
     ax = panel(drawn(), "drive torque")
     hold, lift = (R * (M1 - M2) + sign * R_S * (M1 + M2) for sign in (-1.0, 1.0))
@@ -86,43 +74,6 @@ def test_tensions_and_the_range_in_which_the_cord_sticks() -> None:
     assert not np.any((places > START + 1e-6) & (places < END - 1e-6))
 
 
-def test_the_last_rest_is_that_of_the_car_which_slides_on_while_the_sheave_sticks() -> None:
-    record = solved(LIFT)
-    stuck = [e.time for e in record.transitions if e.contact == "shaft" and e.mode_to == STICK]
-    assert START < stuck[-1] < END
-    assert record.quantities["last_rest_time"].value == pytest.approx(END, abs=1e-6)
-    (legend,) = drawn().legends
-    texts = [text.get_text() for text in [*drawn().axes[0].texts, *legend.get_texts()]]
-    assert texts.count("the shaft sticks") == 1
-    assert not {"stick", "sticking"} & {*texts}
-
-
-def test_friction_is_within_its_limit_of_the_tensions() -> None:
-    figure = drawn()
-    ax = panel(figure, "friction torque")
-    time, torque = line(ax)
-    upper = max(
-        (one for one in ax.lines if one.get_linestyle() == "--"),
-        key=lambda one: float(np.max(one.get_ydata())),
-    )
-    assert upper.get_ydata()[0] == pytest.approx(R_S * (M1 + M2) * G)
-    limit = np.interp(time, upper.get_xdata(), upper.get_ydata())
-    assert np.all(np.abs(torque) <= limit * 1.01)
-
-
-def test_speeds_are_the_rates_of_height_and_angle() -> None:
-    record = solved(LIFT)
-    ax = panel(drawn(), "velocity")
-    time = record.channels["time"]
-    middle = 0.5 * (time[1:] + time[:-1])
-    for label, way in (
-        ("car", record.channels["car_position"]),
-        ("rim of the pulley", R * record.channels["angle"]),
-    ):
-        seen = np.interp(middle, *line(ax, label))
-        assert seen == pytest.approx(np.diff(way) / np.diff(time), abs=8e-3)
-
-
 def test_a_slack_rope_is_the_way_of_the_car_beyond_that_of_the_rim() -> None:
     record = solved(SLACK_ROPE)
     ax = panel(drawn(SLACK_ROPE), "slack rope")
@@ -136,18 +87,6 @@ def test_a_slack_rope_is_the_way_of_the_car_beyond_that_of_the_rim() -> None:
     last = at[until][-1]
     assert np.interp(last, time, gap) == pytest.approx(steps[until[1:]].sum(), abs=5e-5)
     assert gap.max() == pytest.approx(0.0273, abs=2e-4)
-
-
-def test_both_sides_of_an_impact_are_drawn() -> None:
-    record = solved(SLACK_ROPE, effects__shaft_friction=None)
-    impact = next(e for e in record.transitions if e.mode_from == e.mode_to == SLACK)
-    ax = panel(draw(record), "velocity")
-    time, speed = line(ax, "rim of the pulley")
-    drawn = speed[time == impact.time][[0, -1]]
-    number = list(record.events["time"]).index(impact.time)
-    sides = [record.events[f"angular_velocity_{side}"][number] for side in ("before", "after")]
-    assert drawn == pytest.approx(0.15 * np.array(sides), rel=1e-12)
-    assert sides[1] < sides[0]
 
 
 def test_the_ratio_slips_at_the_limit_of_euler_and_eytelwein_with_the_rate_of_the_slip() -> None:
@@ -176,41 +115,6 @@ def test_the_ratio_slips_at_the_limit_of_euler_and_eytelwein_with_the_rate_of_th
     assert slip[-1] > 1.0
     still = draw(solved("hard/lift_traction_limit"), "traction")
     assert [shaded for ax in still.axes for shaded in ax.patches] == []
-
-
-def test_a_window_shows_its_part_of_the_slip_and_times_of_its_beginning_and_end_alone() -> None:
-    start, end = f"{START:.4g} s", f"{END:.4g} s"
-    # Where the window ends nothing happens.
-    for low, high, times in ((None, None, [start, end]), (12.0, 13.0, []), (12.0, None, [end])):
-        ax = draw(solved(LIFT), "traction", window=(low, high)).axes[0]
-        assert [text.get_text() for text in ax.texts] == times
-        (span,) = ax.patches
-        assert span.get_x() == pytest.approx(START)
-        assert span.get_x() + span.get_width() == pytest.approx(END)
-
-
-@pytest.mark.parametrize("drive", ["drive_torque", "drive_force"])
-def test_a_drive_that_is_zero_throughout_has_no_panel(drive: str) -> None:
-    record = solved(LIFT)
-    torque = record.channels["drive_torque"]
-
-    def panels(values: Any) -> list[str]:
-        units = record.units | {drive: record.units["drive_torque"]}
-        figure = draw(with_channels(record, **{drive: values})._replace(units=units))
-        return [ax.get_ylabel().replace("\n", " ").split(",")[0] for ax in figure.axes]
-
-    words = drive.replace("_", " ")
-    assert words not in panels(0.0 * torque)
-    assert words in panels(torque)
-    assert "friction torque" in panels(0.0 * torque)
-
-
-def test_a_cord_that_cannot_slip_has_no_view_of_its_traction(told: Any, here: Path) -> None:
-    fs.Result(solved(SLACK_ROPE)).save(here / "a.h5")
-    assert (
-        told("plot", "a.h5", "--view", "all")[0]
-        == "a-response.png\na-friction.png\na-mechanism.png\n"
-    )
 
 
 def test_limits_are_drawn_with_a_chosen_channel_and_without_masses() -> None:

@@ -46,43 +46,6 @@ def test_points_of_a_member_are_beside_chosen_channels() -> None:
     assert not [line for line in torque.lines if line.get_marker() == "o"]
 
 
-def test_a_figure_that_goes_beyond_the_run_is_drawn_within_it(pulley: fs.Result) -> None:
-    """In any order of its points, as digitised."""
-    data = {"time": [99.0, 1.9, -0.1, 0.7, 0.1], "x": [1e6, 3.0, -1e6, 2.0, 1.0]}
-    (ax,) = fs.plot(pulley, data=data, measured="angle=x").axes
-    (points,) = [line for line in ax.lines if line.get_marker() == "o"]
-    assert list(points.get_xdata()) == [1.9, 0.7, 0.1]
-    assert list(points.get_ydata()) == [3.0, 2.0, 1.0]
-    assert max(map(abs, ax.get_ylim())) < 1e3
-
-
-def test_measured_channels_are_told_apart_in_the_legend() -> None:
-    belt = fs.Result(string())
-    data = {"time": [belt.record.time[-1]], "w": [3.0], "M": [4.0]}
-    measured = {"pulley_speed.driven": "w", "pulley_torque.driven": "M"}
-    axes = fs.plot(belt, data=data, measured=measured).axes
-    drawn = [
-        (line.get_label(), line.get_marker())
-        for ax in axes
-        for line in ax.lines
-        if str(line.get_label()).endswith("measured")
-    ]
-    assert sorted(drawn) == [
-        ("pulley speed of driven, measured", "o"),
-        ("pulley torque of driven, measured", "s"),
-    ]
-
-
-@pytest.mark.parametrize("text", ["0.1\n0.7\n", "time,x\n0.1,3\n0.7,4\n"])
-def test_the_column_of_times_is_no_measured_channel(
-    text: str, pulley: fs.Result, tmp_path: Path
-) -> None:
-    (tmp_path / "a.csv").write_text(text)
-    said = "measured: angle: column '1' has the times"
-    with pytest.raises(ArgumentError, match=said):
-        fs.plot(pulley, data=tmp_path / "a.csv", measured="angle=1")
-
-
 @pytest.mark.parametrize(
     ("given", "said"),
     [
@@ -94,7 +57,7 @@ def test_the_column_of_times_is_no_measured_channel(
         ({"data": {"time": TIMES}, "measured": "mode=time"}, "measured: 'mode' counts"),
         (
             {"data": {"time": TIMES, "x": TIMES}, "measured": "angle=x", "view": "mechanism"},
-            "measured: the view 'mechanism' draws channels of its own",
+            "measured: the view 'mechanism' does not take it",
         ),
     ],
 )

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, FancyArrowPatch
 
 from frictionsim.results import Record
 from tests.support.belt_results import FOUR, belt_run
-from tests.support.records import draw, shown, with_channels
+from tests.support.records import draw, shown
 
 VIEW = {"pulley_return": "mechanism", "lift": "mechanism", "shaft": "friction_circle"}
 R_S = 0.0254  # m, radius of the shaft of the shipped pulley
@@ -24,16 +23,6 @@ def drawn(record: Record, view: str, **options: Any) -> Figure:
 
 def key_of(figure: Figure) -> list[str]:
     return [text.get_text().replace("\n", " ") for text in figure.legends[0].get_texts()]
-
-
-def arrows(figure: Figure) -> list[tuple[Any, Any]]:
-    """Return foot and vector of each force in the whole, m."""
-    found = []
-    for patch in figure.axes[1].patches:
-        if isinstance(patch, FancyArrowPatch) and patch.get_visible():
-            vertices = patch.get_path().vertices
-            found.append((vertices[0], patch))
-    return found
 
 
 def scale_bar(ax: Any) -> dict[str, float]:
@@ -68,38 +57,6 @@ def test_arrows_of_two_stills_of_a_run_are_on_one_scale(name: str) -> None:
         widths.append(figure.axes[1].get_xlim())
     assert per_newton[0] == pytest.approx(per_newton[1], rel=1e-9)
     assert widths[0] == pytest.approx(widths[1], rel=1e-9)
-
-
-@pytest.mark.parametrize("name", VIEW)
-def test_the_whole_stands_beside_its_enlarged_circles_with_scales(name: str) -> None:
-    figure = drawn(shown(name), VIEW[name])
-    text, whole, detail = figure.axes
-    assert detail.get_title().replace("\n", " ") == "friction circles of the shaft, enlarged"
-    places = [ax.get_position() for ax in (text, whole, detail)]
-    assert places[0].y0 > places[1].y1 - 1e-6
-    assert places[1].x1 < places[2].x0
-    for ax in (whole, detail):
-        bars = scale_bar(ax)
-        length = next(words for words in bars if words.endswith(" m"))
-        assert bars[length] == pytest.approx(float(length.split()[0]))
-        assert any(words.endswith(" N") for words in bars)
-
-
-def test_friction_circles_have_their_radii() -> None:
-    figure = drawn(shown("pulley_return"), "mechanism")
-    radii = {p.radius for p in figure.axes[2].patches if isinstance(p, Circle)}
-    expected = {R_S * np.sin(np.arctan(mu)) for mu in (0.2, 0.1)}
-    assert {R_S, *expected} <= {float(f"{r:.12g}") for r in radii} | radii
-
-
-def test_a_wheel_is_turned_by_its_angle() -> None:
-    record = shown("pulley_return")
-    k = int(np.searchsorted(record.time, 1.0))
-    ax = drawn(record, "mechanism", time=float(record.time[k])).axes[1]
-    mark = next(p for p in ax.patches if isinstance(p, Circle) and np.hypot(*p.center) > 0.0)
-    place = (mark.get_transform() - ax.transData).transform((0.0, 0.0))
-    turned = np.arctan2(place[1], place[0]) - record.channels["angle"][k]
-    assert np.exp(1j * turned) == pytest.approx(1.0)
 
 
 def test_the_lever_arm_is_friction_torque_over_reaction() -> None:
@@ -156,17 +113,3 @@ def test_a_belt_has_the_forces_on_its_bodies_as_bars_on_one_scale() -> None:
         assert np.hypot(*(tip - on[k])) > np.hypot(*(foot - on[k]))
     key = key_of(figure)
     assert {"sticks on the pulley", "slips on the pulley", "normal force on the belt"} <= {*key}
-
-
-def test_the_belt_is_coloured_by_its_tension() -> None:
-    record = belt_run(bodies=60, samples=41, effects={"belt_friction": {}, "contact": {}})
-    figure = drawn(record, "drive")
-    (belt,) = [c for c in figure.axes[1].collections if c.get_array() is not None]
-    np.testing.assert_array_equal(belt.get_array(), record.channels["tension"][-1])
-    assert "tension, N" in [ax.get_xlabel() for ax in figure.axes]
-
-
-def test_a_force_that_vanishes_has_no_arrow() -> None:
-    record = shown("pulley_return")
-    still = with_channels(record, drive_force=0.0 * record.channels["drive_force"])
-    assert len(arrows(drawn(still, "mechanism"))) == len(arrows(drawn(record, "mechanism"))) - 1

@@ -5,22 +5,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.lines import Line2D
+from matplotlib.figure import Figure
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.results import Record
 from tests.support.cases import one_in
 from tests.support.records import (
     DRAWN,
     draw,
-    png,
     shown,
     views_of_record,
-    with_scenario,
+    with_channels,
     words_of,
 )
-from tests.support.scenarios import frictionsim, pulley, shipped, simulate, with_method
+from tests.support.scenarios import shipped, simulate
 
 MAX_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly
 
@@ -101,68 +99,35 @@ def test_a_pulley_is_drawn_with_its_static_limits() -> None:
     assert "limit of static friction" not in free
 
 
-@pytest.mark.slow
-def test_many_events_are_not_marked() -> None:
-    sine = {"sine": {"mean": 2200.0, "amplitude": 600.0, "frequency_hz": 1.0}}
-    figure = draw(simulate(pulley(drive__force=sine, solver__duration=60.0)))
-    assert "events, not marked" in words_of(figure)
-    assert len(png(figure)) < MAX_BYTES
-
-
-def test_missing_scenario_values_are_reported() -> None:
-    with pytest.raises(InputError, match=r"in this result has no mechanism\.gear_ratio"):
-        draw(with_scenario(shown("marble_machine"), ""), "torque")
-    with pytest.raises(InputError, match="cannot read the scenario in this result"):
-        draw(with_scenario(shown("epicyclic"), "a = "), "path")
-
-
-def with_events(record: Record, *events: tuple[float, str, int, int]) -> Record:
-    """Return a record with other events: time, contact, and the modes before and after."""
-    columns = list(zip(*events, strict=True))
-    names = list(dict.fromkeys(columns[1]))
-    table = {
-        "time": np.array(columns[0]),
-        "contact": np.array([names.index(name) for name in columns[1]]),
-        "mode_from": np.array(columns[2]),
-        "mode_to": np.array(columns[3]),
-    }
-    return record._replace(events=table, contacts=names)
-
-
-def test_each_event_of_an_end_stop_looks_different() -> None:
-    """Nor like that of any other contact."""
-    events = [(0.1, "shaft", 0, 1), (0.2, "shaft", 1, -1), (0.3, "shaft", -1, 0)]
-    events += [(0.4, "stop", 1, -1), (0.5, "stop", 1, 0), (0.6, "stop", 0, 1)]
-    figure = draw(with_events(shown("swing_door"), *events))
-    handles = figure.legends[0].legend_handles
-    looks = {
-        str(one.get_label()): (one.get_color(), one._dash_pattern)  # type: ignore[union-attr]
-        for one in handles
-        if isinstance(one, Line2D)
-    }
-    assert {"stop: impact", "stop: comes to rest", "stop: left"} <= looks.keys()
-    assert len(looks) == len(set(map(str, looks.values()))) == 7  # and the limit of friction
-
-
-def test_the_title_names_another_law_than_the_set_valued() -> None:
-    published = simulate(with_method(pulley(solver__duration=0.1), "published", "rkf45"))
-    assert "law published; backend rkf45" in words_of(draw(published))
-    assert "law" not in words_of(draw(shown("pulley")))
-
-
 def test_the_title_has_the_keys_that_were_set_with_their_units() -> None:
-    result = fs.solve(shipped("pulley"), {"output.interval": 0.5, "mechanism.load": 2300.0})
-    assert "interval = 0.5 s; load = 2300.0 N; backend events" in words_of(fs.plot(result))
+    changes = {"output.interval": 0.5, "effects.shaft_friction.law": "published"}
+    result = fs.solve(shipped("pulley"), changes | {"solver.backend": "rkf45"})
+    assert "interval = 0.5 s; law published; backend rkf45)" in words_of(fs.plot(result))
 
 
-@pytest.mark.skipif(not Path("/proc/self").exists(), reason="a folder that nobody can write to")
-def test_without_a_home_only_the_name_of_the_picture_is_said(
-    here: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    fs.Result(simulate(pulley())).save(here / "a.h5")
-    monkeypatch.setenv("HOME", "/proc/none")
-    for name in ("MPLCONFIGDIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("MPL_IGNORE_SYSTEM_FONTS", "1")  # their list, which is not kept, takes long
-    done = frictionsim("plot", "a.h5", cwd=here)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "a.png\n", "")
+def test_a_view_is_drawn_into_a_part_of_a_figure() -> None:
+    figure = Figure(figsize=(12.0, 6.0), layout="constrained")
+    for part in figure.subfigures(1, 2):
+        assert draw(shown("epicyclic"), "torque", figure=part) is part
+        assert part.get_suptitle().startswith("Epicyclic gear")
+        assert part.axes[0].lines[0].get_label() == "drive"
+    assert tuple(figure.get_size_inches()) == (12.0, 6.0)
+    figure.draw_without_rendering()
+
+
+def test_an_unknown_kind_is_refused_with_the_known_ones() -> None:
+    result = shown("pulley_return")
+    with pytest.raises(InputError, match="unknown kind 'clock'; known: pulley, marble_machine"):
+        draw(result._replace(attributes=result.attributes | {"kind": "clock"}))
+
+
+def test_torques_of_marbles_have_a_second_panel_at_the_scale_of_the_load() -> None:
+    record = shown("marble_machine", solver__duration=0.6, solver__rtol=1e-4)
+    upper, lower = draw(record, "torque").axes
+    assert np.ptp(lower.get_ylim()) < 0.5 * np.ptp(upper.get_ylim())
+    assert lower.get_ylabel() == "at the scale of\nthe load, N m"
+    load = record.channels["load_torque"]
+    (ax,) = draw(with_channels(record, motor_torque=0.5 * load), "torque").axes  # no finer
+    assert len([line for line in ax.lines if np.size(line.get_xdata()) == load.size]) == 4
+    still = with_channels(record, angle=0.0 * load)  # a line could not be seen
+    assert {line.get_marker() for line in draw(still, "torque").axes[0].lines[:4]} == {"o"}

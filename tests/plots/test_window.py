@@ -10,7 +10,6 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import frictionsim as fs
-from frictionsim.errors import InputError
 from frictionsim.results import Record
 from tests.support.records import draw, shown
 
@@ -39,16 +38,6 @@ def test_an_instant_is_the_sample_at_or_before_it() -> None:
             assert np.hypot(*(ends - body).T).min() < 1e-5
 
 
-def test_the_planet_is_drawn_at_an_instant_on_the_whole_path() -> None:
-    whole, early = draw(shown(GEAR), "path"), draw(shown(GEAR), "path", time=1.0)
-    drawn, moved = ([c.get_segments() for c in f.axes[1].collections] for f in (whole, early))
-    assert all(map(np.array_equal, drawn[0], moved[0]))
-    last = int(np.flatnonzero(times(shown(GEAR)) <= 1.0)[-1])
-    place = [shown(GEAR).channels[f"tracer_{axis}"][last] for axis in "xy"]
-    (point,) = (line for line in early.axes[1].lines if line.get_marker() == "o")
-    assert np.ravel(point.get_data()) == pytest.approx(place)
-
-
 def test_a_window_has_its_samples_and_those_around_it() -> None:
     record = shown(PULLEY)
     low, high = 0.5 * (times(record)[10] + times(record)[11]), times(record)[200]
@@ -73,14 +62,6 @@ def test_a_window_shows_sticking_events_and_scales_of_its_own() -> None:
     (shade,) = [patch for patch in top.patches if to_hex(patch.get_facecolor()) == "#e5e5e5"]
     assert shade.get_x() == pytest.approx(rest)  # type: ignore[attr-defined]
     assert figure.axes[2].get_ylim()[1] < 0.7 * record.channels["angular_velocity"].max()
-
-
-def test_chosen_channels_are_drawn_instead() -> None:
-    labels = [ax.get_ylabel() for ax in draw(shown(PULLEY), channels="angle, mode").axes]
-    assert [text.split(",")[0] for text in labels] == ["angle", "mode"]
-    of_belt = draw(shown(FOUR), channels=["pulley_torque"])
-    assert len(of_belt.axes) == 1
-    assert len(of_belt.axes[0].lines) == 4
 
 
 def overlay(*results: tuple[str, Record], **options: Any) -> Figure:
@@ -126,14 +107,3 @@ def test_names_of_files_tell_results_apart_that_differ_in_more() -> None:
     assert key_of(several)[:2] == ["1: a", "2: b"]
     same = overlay(("x/a.h5", shown(BELT)), ("y/a.h5", shown(BELT)))
     assert key_of(same)[:2] == ["x/a.h5", "y/a.h5"]
-
-
-def test_each_pulley_has_a_panel_with_a_line_for_each_result() -> None:
-    figure = overlay(*((name, shown(BELT)) for name in ("a", "b")), view="speeds")
-    assert [len(ax.lines) for ax in figure.axes] == [2] * 4
-    assert "driver" in figure.axes[0].get_ylabel()
-
-
-def test_belts_with_other_pulleys_are_not_drawn_over_each_other() -> None:
-    with pytest.raises(InputError, match="their members differ"):
-        overlay(*((name, shown(name)) for name in (BELT, FOUR)))

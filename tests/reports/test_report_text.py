@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.results import Quantity, Record
-from tests.support.belt_results import belt_run
+from frictionsim.results import Quantity
 from tests.support.html_elements import charts_of, data_of, panels_of, report_of
 from tests.support.scenarios import SCENARIOS
 
@@ -93,18 +92,6 @@ def test_the_status_is_in_words_with_a_sign(
     assert (note in text) == (status != "done")
 
 
-def test_estimated_errors_have_a_column() -> None:
-    result = fs.solve(SCENARIOS / "pulley.toml", FAST, estimate_error=True)
-    html = report_of(result)
-    name, _, error, unit = row(html, "final_angle")
-    assert (name, unit) == ("final_angle", "rad")
-    estimate = result.errors["final_angle"]
-    assert estimate
-    assert float(error.replace("\N{MINUS SIGN}", "-")) == pytest.approx(estimate, rel=0.06)
-    assert result.error_estimate
-    assert result.error_estimate in plain(html).replace("&#x27;", "'")
-
-
 def test_several_results_are_side_by_side_with_the_difference_of_two(
     pulley: fs.Result, heavy: fs.Result
 ) -> None:
@@ -118,23 +105,12 @@ def test_several_results_are_side_by_side_with_the_difference_of_two(
     assert "The scenarios are the same." in plain(html_of(pulley, pulley))
 
 
-def test_a_quantity_that_one_result_lacks_has_no_difference(pulley: fs.Result) -> None:
-    other = pulley.record._replace(quantities={"force_to_lift": Quantity(None, "N")})
-    html = html_of(pulley, fs.Result(other))
-    assert row(html, "force_to_lift")[2:] == ["none", "", "N"] or "none||N" in html
-    assert row(html, "final_angle")[0] == "final_angle"
-
-
-def without_samples(record: Record) -> Record:
+def test_a_result_without_samples_has_tables_only(pulley: fs.Result) -> None:
+    record = pulley.record
     channels = {name: values[:0] for name, values in record.channels.items()}
-    empty = {name: values[:0] for name, values in record.events.items()}
-    return record._replace(channels=channels, events=empty, quantities={}, checks={})
-
-
-def test_a_result_without_samples_has_tables_only(
-    pulley: fs.Result,
-) -> None:
-    empty = fs.Result(without_samples(pulley.record))
+    events = {name: values[:0] for name, values in record.events.items()}
+    none = record._replace(channels=channels, events=events, quantities={}, checks={})
+    empty = fs.Result(none)
     html = report_of(empty)
     assert "This result has no samples: there is nothing to draw, only tables." in plain(html)
     assert charts_of(html) == {}
@@ -143,17 +119,12 @@ def test_a_result_without_samples_has_tables_only(
     assert len(panels_of(report_of([empty, pulley]))["force on the cord, N"]) == 1
 
 
-def test_many_events_are_cut_and_counted(pulley: fs.Result) -> None:
-    count = MAX_EVENTS + 7
-    many = {name: np.resize(values, count) for name, values in pulley.record.events.items()}
-    html = report_of(fs.Result(pulley.record._replace(events=many)))
-    assert html.count("data-time=") == MAX_EVENTS
-    assert f"The first {MAX_EVENTS} of {count} events." in html
-
-
-def test_charts_of_a_kind_are_its_panels_and_then_the_others(pulley: fs.Result) -> None:
-    html = report_of(pulley)
-    assert list(panels_of(html)) == [
+def test_lines_are_the_channels_with_both_sides_of_a_jump_and_no_sample_left_out(
+    pulley: fs.Result,
+) -> None:
+    record, html = pulley.record, report_of(pulley)
+    panels = panels_of(html)
+    assert list(panels) == [
         "force on the cord, N",
         "torque of the dry friction on the pulley, N m",
         "angular velocity of the pulley, rad/s",
@@ -161,13 +132,6 @@ def test_charts_of_a_kind_are_its_panels_and_then_the_others(pulley: fs.Result) 
     ]
     energies = panels_of(html, "more")["energies, J"]
     assert [line["name"] for line in energies][:2] == ["input", "damping"]
-
-
-def test_lines_are_the_channels_with_both_sides_of_a_jump_and_no_sample_left_out(
-    pulley: fs.Result,
-) -> None:
-    record, html = pulley.record, report_of(pulley)
-    panels = panels_of(html)
     (force,) = panels["force on the cord, N"]
     assert force["line"]["simplify"] is False
     at_events = np.isin(force["x"], record.events["time"])
@@ -203,12 +167,11 @@ def test_sticking_is_shaded_and_events_have_one_colour_in_chart_and_table(
         assert (axis["minallowed"], axis["maxallowed"]) == (0.0, 3.0)
 
 
-@pytest.mark.parametrize("seed", range(3))
 def test_a_long_channel_is_thinned_and_keeps_ends_extremes_and_gaps(
-    pulley: fs.Result, seed: int
+    pulley: fs.Result,
 ) -> None:
-    rng = np.random.default_rng(seed)
-    time = np.linspace(0.0, 12.0, 20_000 + 3331 * seed)
+    rng = np.random.default_rng(1)
+    time = np.linspace(0.0, 12.0, 23_331)
     values = np.cumsum(rng.normal(size=time.size))
     values[rng.integers(0, time.size, 5)] = np.nan
     values[[0, -1]] = 1.0
@@ -227,57 +190,6 @@ def test_a_long_channel_is_thinned_and_keeps_ends_extremes_and_gaps(
     assert np.isnan(line["y"]).sum() == np.isnan(values).sum()
 
 
-def test_roundoff_is_drawn_as_zero(pulley: fs.Result) -> None:
-    record = pulley.record
-    noise = 1e-15 * np.random.default_rng(1).normal(size=record.channels["time"].size)
-    channels = record.channels | {"friction_torque": noise, "drive_torque": 3.0 + noise}
-    described = {
-        name: getattr(record, name) | {"drive_torque": getattr(record, name)["friction_torque"]}
-        for name in ("units", "long_names", "axes")
-    }
-    none = {name: of[:0] for name, of in record.events.items()}
-    changed = fs.Result(record._replace(channels=channels, events=none, **described))
-    html = report_of(changed)
-    lines = [
-        line["y"]
-        for chart in charts_of(html)
-        for title, lines in panels_of(html, chart).items()
-        for line in lines
-        if "torque" in title
-    ]
-    assert sorted(float(np.abs(line).max()) for line in lines) == [0.0, pytest.approx(3.0)]
-
-
-def test_results_are_named_by_what_differs_or_their_files(
-    pulley: fs.Result, heavy: fs.Result
-) -> None:
-    def names(records: list[Record], *paths: str | None) -> list[str]:
-        pairs = zip(records, paths, strict=True)
-        results = [fs.Result(record, None if p is None else Path(p)) for record, p in pairs]
-        lines = panels_of(report_of(results))["force on the cord, N"]
-        return [line["name"] for line in lines]
-
-    two, same = [pulley.record, heavy.record], [pulley.record] * 2
-    assert names(two, "x/a.h5", "b.h5") == ["load = 2224.1 N", "load = 2300 N"]
-    assert names(same, "x/a.h5", "b.h5") == ["a", "b"]
-    assert names(same, "x/a.h5", "y/a.h5") == ["x/a.h5", "y/a.h5"]
-    assert names(same, None, "a.h5") == ["result 1", "a"]
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("path", sorted(SCENARIOS.glob("*.toml")), ids=lambda path: path.stem)
-def test_reports_of_shipped_scenarios_are_small(path: Path, tmp_path: Path) -> None:
-    report = fs.report(fs.solve(path), tmp_path / "report.html")
-    assert report.stat().st_size < 8_000_000
-
-
-def test_a_report_is_small(tmp_path: Path) -> None:
-    # A belt with as many bodies and samples as the largest of the shipped ones.
-    run = belt_run(bodies=300, samples=1001)
-    report = fs.report(fs.Result(run), tmp_path / "report.html")
-    assert report.stat().st_size < 8_000_000
-
-
 def test_numbers_of_tables_have_the_sign_of_charts_and_a_value_to_read(pulley: fs.Result) -> None:
     numbers = {"a-b": -1.5e-07, "c": -0.0, "d": None}
     quantities = {name: Quantity(value, "N") for name, value in numbers.items()}
@@ -288,11 +200,3 @@ def test_numbers_of_tables_have_the_sign_of_charts_and_a_value_to_read(pulley: f
     assert '<td class="number" data-value="-0.0">0</td>' in html
     assert row(html, "d") == ["d", "none", "N"]
     assert row(html, "a-b")[0] == "a-b"
-
-
-def test_headings_name_a_quantity_and_its_unit_as_axes_do(pulley: fs.Result) -> None:
-    html = report_of(pulley)
-    assert '<th scope="col">time, s</th>' in html
-    assert ">angle, rad</th>" in html
-    assert re.search("event +time, s +contact", pulley.summary())
-    assert '<th scope="col"></th>' not in html

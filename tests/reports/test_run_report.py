@@ -1,8 +1,5 @@
 """Reports of runs in a real browser, one of each kind: play, seek, event, zoom, print."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +9,19 @@ import pytest
 import frictionsim as fs
 from tests.support.belt_results import TWO, belt_run
 from tests.support.browser import opened, wait_until, without_scripts
+from tests.support.cases import slow
 from tests.support.html_elements import data_of, panels_of
-from tests.support.scenarios import SCENARIOS, shipped
+from tests.support.scenarios import shipped
 
 WIDE, NARROW = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
-KINDS = ("pulley_return", "lift", "marble_machine", "epicyclic", "shaft", "belt_drive")
+KINDS = (
+    "pulley_return",
+    slow("lift"),
+    "marble_machine",
+    slow("epicyclic"),
+    slow("shaft"),
+    "belt_drive",
+)
 # Where the player has put the parts of the drawing, and what stands beside it.
 STATE = """() => [...document.querySelectorAll("#m0 > *, #key output")].map((part) =>
   part.getAttribute("d") || part.getAttribute("transform") || part.textContent)"""
@@ -47,7 +52,7 @@ def made(request: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[fs.Res
     return result, fs.report(result, path)
 
 
-def test_a_report_plays_seeks_marks_events_zooms_and_prints(
+def test_a_report_plays_seeks_marks_events_zooms_fits_its_window_and_prints(
     browser: Any, made: tuple[fs.Result, Path]
 ) -> None:
     result, path = made
@@ -104,38 +109,17 @@ def test_a_report_plays_seeks_marks_events_zooms_and_prints(
             page.locator("summary", has_text="More channels").click()
             wait_until(page, "document.querySelectorAll('.js-plotly-plot').length === 2")
 
+        page.emulate_media(color_scheme="dark")
+        background = page.evaluate("getComputedStyle(document.body).backgroundColor")
+        assert background == "rgb(22, 24, 27)"
+        for size in (WIDE, NARROW):
+            page.set_viewport_size(size)
+            wait_until(page, f"document.documentElement.scrollWidth <= {size['width']}")
+            assert page.evaluate(SCROLLED) == []
+
         page.emulate_media(media="print")
         assert page.pdf().startswith(b"%PDF")
         assert page.locator("#clock").is_hidden()
-
-
-@pytest.mark.parametrize("size", [WIDE, NARROW], ids=["wide", "narrow"])
-def test_a_report_fits_its_window_without_inner_scrolling(
-    browser: Any, made: tuple[fs.Result, Path], size: Any
-) -> None:
-    with opened(browser, made[1], viewport=size, color_scheme="dark") as page:
-        assert page.evaluate("document.documentElement.scrollWidth") <= size["width"]
-        assert page.evaluate(SCROLLED) == []
-        for name in ("#key", "#summary", "#events"):
-            assert page.locator(name).is_visible()
-        background = page.evaluate("getComputedStyle(document.body).backgroundColor")
-        assert background == "rgb(22, 24, 27)"
-
-
-def test_enlarged_copies_look_as_the_whole(browser: Any, tmp_path: Path) -> None:
-    report = fs.report(fs.Result(belt_run(TWO, bodies=60, samples=21)), tmp_path / "a.html")
-    with opened(browser, report, viewport=WIDE) as page:
-        boxes = [figure.bounding_box() for figure in page.locator(".details figure").all()]
-        assert boxes[0]["x"] + boxes[0]["width"] + 5.0 < boxes[1]["x"]
-        # A white point within the belt, and no fill of the belt's line over the wheel.
-        image = page.locator(".details svg").first.screenshot()
-        from io import BytesIO
-
-        from PIL import Image
-
-        colours = Image.open(BytesIO(image)).convert("RGB").getcolors(1_000_000)
-        dark = sum(count for count, colour in colours if max(colour) < 60)
-        assert dark < 0.2 * sum(count for count, _ in colours)
 
 
 def test_a_comparison_has_both_drawings_on_one_clock(browser: Any, tmp_path: Path) -> None:
@@ -166,20 +150,6 @@ def test_a_comparison_has_both_drawings_on_one_clock(browser: Any, tmp_path: Pat
         assert len([words for words in rows if "travel drawn 1 :" in words]) == 1
         size = page.evaluate(ARROWS)
         assert size[0] * 2300.0 == pytest.approx(size[1] * 2224.1, rel=0.02)
-
-
-def test_a_screenshot_for_the_documentation_is_of_its_time(browser: Any, tmp_path: Path) -> None:
-    """In a process of its own, as there is one browser of these tests in this one."""
-    fs.report(fs.solve(shipped("pulley", solver__rtol=1e-6)), tmp_path / "a.html")
-    shots = [tmp_path / f"{time}.png" for time in ("None", "0.5", "2.0")]
-    for shot in shots:
-        call = f"take(Path('a.html'), Path({shot.name!r}), 'light', '#viewer', {shot.stem})"
-        script = f"from pathlib import Path; from screenshots import take; {call}"
-        own = {"PYTHONPATH": str(SCENARIOS.parent / "docs" / "_ext")}
-        subprocess.run(
-            [sys.executable, "-c", script], cwd=tmp_path, env=os.environ | own, check=True
-        )
-    assert len({shot.read_bytes() for shot in shots}) == 3
 
 
 def test_without_scripts_the_tables_are_there(browser: Any, tmp_path: Path) -> None:

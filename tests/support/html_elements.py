@@ -1,47 +1,26 @@
-"""HTML pages: their elements, whether these are balanced, and the data that a report holds."""
+"""HTML pages: their elements, and the data that a report holds."""
 
 import gzip
 import json
 import re
 from base64 import b64decode
-from html.parser import HTMLParser
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
 import frictionsim as fs
 
-VOID = {"meta", "link", "br", "hr", "img", "input", "col", "wbr"}
 
-
-class Elements(HTMLParser):
-    """The elements of a page in their order, those that have no end, its text and its faults."""
+class Elements:
+    """The tags of well-formed HTML in their order, its text, and what must not be in it."""
 
     def __init__(self, page: str) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.tags: list[str] = []
-        self.faults: list[str] = []
-        self._texts: list[str] = []
-        self.feed(page)
-        self.close()
-        self.text = "".join(self._texts)
-        self.faults += [f"{tag} has no end" for tag in self.open]
-
-    def handle_starttag(self, tag: str, attrs: Any) -> None:
-        self.tags.append(tag)
-        self.faults += [f"{tag} has {key}" for key, _ in attrs if key.startswith("on")]
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        if not self.open or self.open.pop() != tag:
-            self.faults.append(f"an end of {tag} that has no begin")
-
-    def handle_data(self, data: str) -> None:
-        self._texts.append(data)
+        every = list(ElementTree.fromstring(page).iter())
+        self.tags, self.text = [each.tag for each in every], "".join(every[0].itertext())
+        self.faults = [key for each in every for key in each.attrib if key.startswith("on")]
 
 
 def report_of(source: Any) -> str:

@@ -9,26 +9,13 @@ import numpy as np
 import tomli_w
 
 from frictionsim.motion import motion_of
-from frictionsim.motion.parts import FORCE_ROLES, Arrow, Body, Disc, Line, Motion
+from frictionsim.motion.parts import Arrow as Arrow
+from frictionsim.motion.parts import Body as Body
+from frictionsim.motion.parts import Disc as Disc
+from frictionsim.motion.parts import Line as Line
+from frictionsim.motion.parts import Motion as Motion
 from frictionsim.results import Record
 from tests.support.scenarios import shipped
-
-__all__ = [
-    "FORCE_ROLES",
-    "Arrow",
-    "Body",
-    "Disc",
-    "Line",
-    "Motion",
-    "arrow",
-    "body",
-    "instant",
-    "lines",
-    "motion",
-    "number",
-    "point_of",
-    "record_of",
-]
 
 
 def record_of(
@@ -50,17 +37,11 @@ def record_of(
     )
 
 
-def motion(record: Record) -> Motion:
-    animation = motion_of(record)
+def motion(record: Record, sample: int | None = None) -> Motion:
+    """Return the motion of a result, or what a picture of one sample draws."""
+    animation = motion_of(record, sample)
     assert animation is not None
     return animation
-
-
-def instant(record: Record, sample: int) -> Motion:
-    """Return what a picture of one sample draws."""
-    still = motion_of(record, sample)
-    assert still is not None
-    return still
 
 
 def body(animation: Motion, name: str) -> Body:

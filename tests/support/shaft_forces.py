@@ -7,10 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from tests.support.scenarios import changed
-from tests.support.shaft_scenarios import mirrored as mirrored
-from tests.support.shaft_scenarios import turned
-
 TIMES = np.linspace(0.0, 2.0, 21)
 Table = dict[str, Any]
 
@@ -135,12 +131,3 @@ def couples(scenario: Table, channels: Table) -> dict[str, Any]:
 
 def moment(place: Any, force: Any) -> Any:
     return (np.conj(place) * force).imag
-
-
-def mirrored_motion(channels: Table) -> Table:
-    """Return the channels of a motion in that mirror."""
-    return {name: values if name == "time" else -values for name, values in channels.items()}
-
-
-def rotated(scenario: Table, degrees: float) -> Table:
-    return turned(changed(scenario, effects__gravity=None), degrees)

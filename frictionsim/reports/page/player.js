@@ -46,9 +46,10 @@ const withClock = ({ steps, events, drawings }) => {
   const [slider, play, shown, speed] = ["time", "play", "shown", "speed"].map(byId);
   const decimals = Math.max(0, 3 - Math.floor(Math.log10(end - start || 1)));
   const rows = [...document.querySelectorAll("#events tr:has(button)")];
-  let last = null, told = -Infinity;
+  const timed = []; // the charts over time
+  let last = null, moved = -Infinity;
 
-  const tell = (t) => charts.forEach((chart) => { // Plotly takes longer than a frame
+  const moveCursors = (t) => timed.forEach((chart) => { // Plotly takes longer than a frame
     const shape = `shapes[${chart.layout.shapes.length - 1}]`; // the last one is the cursor
     if (chart.offsetParent && chart.layout.shapes.at(-1).x0 !== t) Plotly.relayout(chart, { [`${shape}.x0`]: t, [`${shape}.x1`]: t });
   });
@@ -56,9 +57,9 @@ const withClock = ({ steps, events, drawings }) => {
     frictionsim.time = slider.value = t = Math.min(Math.max(t, start), end);
     shown.textContent = `${t.toFixed(decimals)} of ${Number(end.toPrecision(6))} s`;
     for (const draw of shows) draw(t);
-    if (now - told > 150) {
-      tell(t);
-      told = now === Infinity ? -Infinity : now;
+    if (now - moved > 150) {
+      moveCursors(t);
+      moved = now === Infinity ? -Infinity : now;
     }
     for (const row of rows) row.toggleAttribute("aria-current", Number(row.querySelector("button").dataset.time) === t);
   };
@@ -95,16 +96,18 @@ const withClock = ({ steps, events, drawings }) => {
     if (way) jump(along(event.shiftKey ? events : steps, way)); else toggle();
   });
   frictionsim.follow = (chart) => {
+    if (chart.layout.shapes?.at(-1)?.name !== "cursor") return;
+    timed.push(chart);
     chart.on("plotly_click", ({ points }) => jump(points[0].x));
     chart.on("plotly_relayout", (change) => { // they share one time
       const range = change["xaxis.range"] ?? [change["xaxis.range[0]"], change["xaxis.range[1]"]];
       if (range[0] === undefined) return;
-      for (const other of charts) {
+      for (const other of timed) {
         const now = other.layout.xaxis.range;
         if (other !== chart && (now[0] !== range[0] || now[1] !== range[1])) Plotly.relayout(other, { "xaxis.range": [...range] });
       }
     });
-    tell(frictionsim.time);
+    moveCursors(frictionsim.time);
   };
   Object.assign(frictionsim, { show: jump, start, end });
   show(start);
