@@ -2,7 +2,6 @@
 
 from array import array
 from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,7 @@ from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
 from frictionsim.simulation.mechanism import Mechanism, Samples
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.run_warnings import hidden_stick_slip, undetermined
-from frictionsim.simulation.sample_store import SAMPLES, Columns, chosen, with_derived
+from frictionsim.simulation.sample_store import SAMPLES
 from frictionsim.simulation.standstill import foreseen
 from frictionsim.solvers import solver_of
 from frictionsim.solvers.events import STOP
@@ -29,7 +28,6 @@ from frictionsim.solvers.rkf45 import Step, Tolerances
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
-LARGE = 8 * 2**20  # bytes of samples of which no second copy is made
 # Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
 EVENT_CHANNELS = ("angle", "mode")
 
@@ -50,8 +48,7 @@ class CoordinateSimulation:
     def __init__(self, scenario: "Scenario", mechanism: Mechanism) -> None:
         settings, system = scenario.solver, mechanism.system
         self._mechanism, self._settings = mechanism, settings
-        self._at_events, self._interval = scenario.output.at_events, scenario.interval
-        self._wanted = scenario.output.channels
+        self._interval, self._wanted = scenario.interval, scenario.output.channels
         self._method = methods.METHODS[settings.backend]
         self.effects, self.channel_info = mechanism.effects, mechanism.channel_info
         self.states = len(system.start)
@@ -64,7 +61,9 @@ class CoordinateSimulation:
             subject=subject(system),
             budget_advice=scenario.budget_advice,
         )
-        self._recording = Recording(system, settings.duration, scenario.interval)
+        self._recording = Recording(
+            system, settings.duration, scenario.interval, scenario.output.at_events
+        )
         parts = system, tolerances, self._recording, settings.duration
         if system.stops is not None and settings.backend != "events":
             raise InputError(
@@ -104,7 +103,7 @@ class CoordinateSimulation:
         recording, state = self._recording, self._solver.state
         numbers = {f"step.{name}": x for name, x in state.step._asdict().items()}
         numbers |= {f"state.{n}": x for n, x in state._asdict().items() if n != "step"}
-        columns = self._rows(recording.rows).T  # views
+        columns = _in_order(self._rows(recording.rows)).T  # views
         contacts = [e.contact for e in recording.transitions]
         events = [(e.time, e.mode_from, e.mode_to, e.position) for e in recording.transitions]
         return {
@@ -128,7 +127,7 @@ class CoordinateSimulation:
         names = [SAMPLES + name for name in self._row_names]
         columns = [require_array(state, name, np.float64, ndim=1) for name in names]
         for name, column in zip(names, columns, strict=True):
-            if len(column) != solver.state.samples:
+            if len(column) != len(columns[0]):
                 raise unfit(name, "is of another type or shape")
         recording.rows = array("d", np.column_stack(columns).tobytes())
         sides = require_array(state, "sides", np.float64, ndim=1)
@@ -171,15 +170,12 @@ class CoordinateSimulation:
         sides = {
             f"{name}_{side}": values
             for side, columns in (("before", samples.before), ("after", samples.after))
-            for name, values in with_derived(
-                columns, self._derived(times, columns, samples)
-            ).items()
+            for name, values in {**columns, **self._derived(times, columns, samples)}.items()
             if is_channel(name) and name not in EVENT_CHANNELS and not name.startswith("energy_")
         }
-        recorded = chosen(samples.columns, ["time", *self._channel_names()])
-        derived = self._derived(samples.time, samples.columns, samples)
+        recorded = {name: samples[name] for name in ("time", *self._channel_names())}
         return SimulationResult(
-            channels=with_derived(recorded, derived),
+            channels=recorded | self._derived(samples.time, samples.columns, samples),
             transitions=samples.transitions,
             quantities=self._quantities(samples),
             checks=audit(self._mechanism, samples, self._settings, self.statistics()[0]),
@@ -188,10 +184,10 @@ class CoordinateSimulation:
             sides=sides,
         )
 
-    def _derived(self, time: Any, columns: Any, samples: Samples) -> dict[str, Callable[[], Any]]:
-        """Return how to compute the derived channels that are wanted, of some rows."""
+    def _derived(self, time: Any, columns: Any, samples: Samples) -> dict[str, Any]:
+        """Return the derived channels that are wanted, of some rows."""
         return {
-            name: partial(derive, time, columns, samples)
+            name: derive(time, columns, samples)
             for name, derive in self._mechanism.derived.items()
             if self._wanted is None or name in self._wanted
         }
@@ -207,8 +203,8 @@ class CoordinateSimulation:
     def _samples(self) -> tuple[Samples, bool]:
         """Return the samples before the first that is not finite, and whether there is one."""
         recording, names = self._recording, self._mechanism.columns
-        rows, sides = (self._rows(numbers) for numbers in (recording.rows, recording.sides))
-        sides = sides.reshape(-1, 2, 1 + len(names))
+        rows = _in_order(self._rows(recording.rows))
+        sides = self._rows(recording.sides).reshape(-1, 2, 1 + len(names))
         transitions = recording.transitions
         # Laws record that a step ends at a surface before a change of mode within it.
         order = np.argsort(sides[:, 1, 0], kind="stable")
@@ -224,29 +220,12 @@ class CoordinateSimulation:
                 sides[kept],
                 [e for e, k in zip(transitions, kept, strict=True) if k],
             )
-        before, after = sides[:, 0], sides[:, 1]
-        merged: Any = slice(None)
-        at_events = before[:0]
-        if self._at_events and transitions:
-            at_events = self._sides_at_events(before, after, transitions)
-            merged = _order(rows[:, 0], at_events[:, 0])
-        columns: Mapping[str, Any] = Columns(self._row_names, rows, at_events, merged)
-        if rows.nbytes < LARGE:
-            together = np.concatenate((rows, at_events))[merged]
-            columns = dict(zip(self._row_names, together.T.copy(), strict=True))
-        left, right = (dict(zip(names, of.T[1:].copy(), strict=True)) for of in (before, after))
-        return Samples(columns["time"], columns, transitions, left, right), is_cut
-
-    def _sides_at_events(self, before: Any, after: Any, transitions: list[Transition]) -> Any:
-        """Return one sample for each event: the side before a breakaway, else the side after it."""
-        velocity = 1 + self._mechanism.system.coordinates
-        is_breakaway = np.array(
-            [
-                e.mode_from == STICK and b[velocity] == a[velocity]
-                for e, b, a in zip(transitions, before, after, strict=True)
-            ]
+        # Views: no second copy of all samples is made.
+        columns = dict(zip(self._row_names, rows.T, strict=True))
+        before, after = (
+            dict(zip(names, side.T[1:], strict=True)) for side in (sides[:, 0], sides[:, 1])
         )
-        return np.where(is_breakaway[:, None], before, after)
+        return Samples(columns["time"], columns, transitions, before, after), is_cut
 
     def _quantities(self, samples: Samples) -> Quantities:
         """Return the quantities of the mechanism, of its contacts and of the end.
@@ -333,12 +312,9 @@ def _restored(kind: Any, prefix: str, state: Arrays, before: Any, lengths: Colle
     return kind(**values)
 
 
-def _order(times: Any, at_events: Any) -> Any:
-    """Return the order of samples, of which those at events stand behind the regular ones.
-
-    They replace regular ones at their times, and of several at one time the last counts.
-    """
-    last = np.flatnonzero(np.append(at_events[1:] != at_events[:-1], True))
-    regular = np.flatnonzero(~np.isin(times, at_events))
-    places = np.searchsorted(times[regular], at_events[last])
-    return np.insert(regular, places, len(times) + last)
+def _in_order(rows: Any) -> Any:
+    """Return rows in the order of their times, and of several at one time the last."""
+    if np.all(np.diff(rows[:, 0]) > 0.0):
+        return rows
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    return rows[np.append(np.diff(rows[:, 0]) > 0.0, True)]

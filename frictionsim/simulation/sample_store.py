@@ -1,7 +1,6 @@
 """The samples of a run in memory."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,78 +10,6 @@ from frictionsim.simulation.checkpoint import Arrays, require_array, require_nam
 MIN_CAPACITY = 256  # samples that there is memory for from the start
 GROWTH = 1.5
 SAMPLES = "samples."  # before the names of the arrays of a state
-
-
-def places_of_samples(time: Any, events: Any, count: int) -> Any:
-    """Return which samples of channels are those of a state: all of them, or those at no event."""
-    return slice(None) if len(time) == count else ~np.isin(time, events)
-
-
-class Columns(Mapping[str, Any]):
-    """Columns of samples by name, each copied when it is wanted: no second copy of all is kept.
-
-    Parameters
-    ----------
-    names : sequence of str
-    rows, at_events : (n, names), (m, names)
-    order : index of samples
-        Of a regular row, or n more than that of one at an event.
-    types : mapping of str to type, optional
-        Of columns that are not float64.
-    """
-
-    def __init__(
-        self,
-        names: Sequence[str],
-        rows: Any,
-        at_events: Any,
-        order: Any,
-        types: Mapping[str, Any] = MappingProxyType({}),
-    ) -> None:
-        self._places: dict[str, Any] = {name: place for place, name in enumerate(names)}
-        self._parts, self._order, self._types = (rows, at_events), order, types
-
-    def __getitem__(self, name: str) -> Any:
-        place = self._places[name]
-        if callable(place):
-            column = place()
-        else:
-            column = np.concatenate([rows[:, place] for rows in self._parts])[self._order]
-        return column.astype(self._types.get(name, np.float64), copy=False)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._places)
-
-    def __len__(self) -> int:
-        return len(self._places)
-
-    def chosen(self, names: Sequence[str], types: Mapping[str, Any]) -> "Columns":
-        """Return some of the columns, in another type if one is given."""
-        some = Columns((), *self._parts, self._order, types)
-        some._places = {name: self._places[name] for name in names}
-        return some
-
-
-def chosen(
-    columns: Mapping[str, Any],
-    names: Sequence[str],
-    types: Mapping[str, Any] = MappingProxyType({}),
-) -> Mapping[str, Any]:
-    """Return some columns, in another type if one is given."""
-    if isinstance(columns, Columns):
-        return columns.chosen(names, types)
-    return {n: columns[n].astype(types[n]) if n in types else columns[n] for n in names}
-
-
-def with_derived(
-    columns: Mapping[str, Any], derived: Mapping[str, Callable[[], Any]]
-) -> Mapping[str, Any]:
-    """Return some columns and others that are computed, of `Columns` each when it is wanted."""
-    if not isinstance(columns, Columns):
-        return {**columns, **{name: derive() for name, derive in derived.items()}}
-    more = columns.chosen((), {})
-    more._places = {**columns._places, **derived}
-    return more
 
 
 class SampleStore:
