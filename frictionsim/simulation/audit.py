@@ -17,8 +17,9 @@ import numpy as np
 
 from frictionsim.results import STICK, Check
 from frictionsim.scenario import methods
-from frictionsim.solvers.events import SAME_TIME_ULPS, STOP
+from frictionsim.solvers.events import SAME_TIME_ULPS
 from frictionsim.solvers.modes import holds
+from frictionsim.solvers.system import STOP
 
 if TYPE_CHECKING:
     from frictionsim.results import Transition

@@ -3,6 +3,7 @@
 from array import array
 from collections.abc import Callable, Collection, Mapping, Sequence
 from math import inf
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,18 +13,16 @@ from frictionsim.results import STICK, Quantities, Quantity, SimulationResult, T
 from frictionsim.scenario import methods
 from frictionsim.simulation.audit import audit
 from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
-from frictionsim.simulation.mechanism import Mechanism, Samples
-from frictionsim.simulation.monitor import RunMonitor
-from frictionsim.simulation.run_warnings import hidden_stick_slip, undetermined
+from frictionsim.simulation.mechanism import Mechanism, Samples, Simulation
+from frictionsim.simulation.run_warnings import foreseen, hidden_stick_slip, undetermined
 from frictionsim.simulation.sample_store import SAMPLES
-from frictionsim.simulation.standstill import foreseen
 from frictionsim.solvers import solver_of
-from frictionsim.solvers.events import STOP
 from frictionsim.solvers.loop import State
 from frictionsim.solvers.modes import holds, subject
 from frictionsim.solvers.prescribed import DRIVE, PrescribedEvents
 from frictionsim.solvers.recording import Recording
 from frictionsim.solvers.rkf45 import Step, Tolerances
+from frictionsim.solvers.system import STOP
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
@@ -32,8 +31,8 @@ if TYPE_CHECKING:
 EVENT_CHANNELS = ("angle", "mode")
 
 
-class CoordinateSimulation:
-    """The `Simulation` of a mechanism of one or several coordinates.
+class CoordinateSimulation(Simulation):
+    """The simulation of a mechanism of one or several coordinates.
 
     Parameters
     ----------
@@ -43,7 +42,7 @@ class CoordinateSimulation:
         friction.
     """
 
-    axes: Mapping[str, tuple[str, ...]] = {}
+    axes: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 
     def __init__(self, scenario: "Scenario", mechanism: Mechanism) -> None:
         settings, system = scenario.solver, mechanism.system
@@ -76,23 +75,12 @@ class CoordinateSimulation:
         )
 
     def sample_at(self, times: Sequence[float]) -> None:
-        """Take samples at these times, s, instead of the regular ones; before `solve`."""
         self._recording.times.give(times)
 
-    def prepare(self, monitor: RunMonitor) -> float:
-        """Return 0: there is nothing to prepare."""
-        return 0.0
-
-    def compile(self, monitor: RunMonitor) -> float | None:
-        """Return None: nothing is compiled."""
-        return None
-
     def solve(self, on_step: Callable[[float], Any]) -> None:
-        """Integrate to the end; see `Simulation.solve`."""
         self._solver.run(on_step)
 
     def statistics(self) -> tuple[int, int, int]:
-        """Return steps, rejected steps and their evaluations of the right-hand side so far."""
         step = self._solver.state.step
         return step.taken, step.rejected, step.evaluations
 
@@ -115,7 +103,6 @@ class CoordinateSimulation:
         }
 
     def restore(self, state: Arrays) -> None:
-        """Load the state of another simulation of the same scenario."""
         for name in self._mechanism.derived:  # a file has them, and they follow from the samples
             state.pop(SAMPLES + name, None)
         recording, solver = self._recording, self._solver
@@ -128,11 +115,11 @@ class CoordinateSimulation:
         columns = [require_array(state, name, np.float64, ndim=1) for name in names]
         for name, column in zip(names, columns, strict=True):
             if len(column) != len(columns[0]):
-                raise unfit(name, "is of another type or shape")
+                raise unfit(name)
         recording.rows = array("d", np.column_stack(columns).tobytes())
         sides = require_array(state, "sides", np.float64, ndim=1)
         if len(sides) != 2 * len(recording.transitions) * len(names):
-            raise unfit("sides", "is of another type or shape")
+            raise unfit("sides")
         recording.sides = array("d", sides.tobytes())
 
     @property
@@ -145,25 +132,21 @@ class CoordinateSimulation:
         return rows.reshape(-1, len(self._row_names))
 
     def _transitions(self, state: Arrays) -> list[Transition]:
-        """Return the transitions of a state."""
-        contacts = require_array(state, "transitions.contact", np.bytes_, ndim=1).tolist()
+        names = require_array(state, "transitions.contact", np.bytes_, ndim=1)
         rows = require_array(state, "transitions", np.float64, ndim=2)
-        if rows.shape != (len(contacts), 4):  # time, modes before and after it, position
-            raise unfit("transitions", "is of another type or shape")
-        names = [STOP, DRIVE, *[c.name for c in self._mechanism.contacts]]
-        names += [surface.event for surface in self._mechanism.system.surfaces]
-        known = {name.encode(): name for name in names if name}
-        if not known.keys() >= set(contacts):
+        if rows.shape != (len(names), 4):  # time, modes before and after it, position
+            raise unfit("transitions")
+        contacts = names.astype(str).tolist()
+        known = {STOP, DRIVE, *[contact.name for contact in self._mechanism.contacts]}
+        known |= {surface.event for surface in self._mechanism.system.surfaces}
+        if not known >= {*contacts}:
             raise unfit("transitions.contact", "names no contact of it")
         return [
-            Transition(time, known[contact], int(mode_from), int(mode_to), position)
-            for contact, (time, mode_from, mode_to, position) in zip(
-                contacts, rows.tolist(), strict=True
-            )
+            Transition(time, contact, int(mode_from), int(mode_to), position)
+            for contact, (time, mode_from, mode_to, position) in zip(contacts, rows, strict=True)
         ]
 
     def observe(self) -> SimulationResult:
-        """Return the finite samples, and quantities, checks and warnings from them."""
         samples, is_cut = self._samples()
         is_channel = self.channel_info.__contains__
         times = np.array([e.time for e in samples.transitions])
@@ -209,23 +192,17 @@ class CoordinateSimulation:
         # Laws record that a step ends at a surface before a change of mode within it.
         order = np.argsort(sides[:, 1, 0], kind="stable")
         sides, transitions = sides[order], [transitions[i] for i in order]
-        finite, finite_sides = np.isfinite(rows).all(axis=1), np.isfinite(sides).all(axis=(1, 2))
-        is_cut = not (finite.all() and finite_sides.all())
-        if is_cut:
-            ends = rows[~finite, 0], sides[~finite_sides, 1, 0]
-            end = np.min(np.nan_to_num(np.concatenate(ends), nan=-np.inf), initial=np.inf)
-            kept = finite_sides & (sides[:, 1, 0] < end)
-            rows = rows if finite.all() else rows[: np.argmin(finite)]
-            sides, transitions = (
-                sides[kept],
-                [e for e, k in zip(transitions, kept, strict=True) if k],
-            )
+        wrong, wrong_sides = (~np.isfinite(of).all(axis=-1) for of in (rows, sides))
+        ends = np.concatenate((rows[wrong, 0], sides[wrong_sides.any(axis=1), 1, 0]))
+        if ends.size:
+            rows, kept = rows[rows[:, 0] < ends.min()], sides[:, 1, 0] < ends.min()
+            sides, transitions = sides[kept], transitions[: int(kept.sum())]
         # Views: no second copy of all samples is made.
         columns = dict(zip(self._row_names, rows.T, strict=True))
         before, after = (
             dict(zip(names, side.T[1:], strict=True)) for side in (sides[:, 0], sides[:, 1])
         )
-        return Samples(columns["time"], columns, transitions, before, after), is_cut
+        return Samples(columns["time"], columns, transitions, before, after), bool(ends.size)
 
     def _quantities(self, samples: Samples) -> Quantities:
         """Return the quantities of the mechanism, of its contacts and of the end.
@@ -307,7 +284,7 @@ def _restored(kind: Any, prefix: str, state: Arrays, before: Any, lengths: Colle
         numbers = require_array(state, prefix + name, np.float64, ndim=np.ndim(value))
         allowed = {len(value)} if is_mode else lengths
         if isinstance(value, list) and name != "changes" and len(numbers) not in allowed:
-            raise unfit(prefix + name, "is of another type or shape")
+            raise unfit(prefix + name)
         values[name] = numbers.astype(dtype).tolist()
     return kind(**values)
 

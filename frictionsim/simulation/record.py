@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.results import MODES, OPEN, OTHER_MODES, SLACK, STICK, TAUT, Record, defined
-from frictionsim.solvers.events import STOP as END_STOP
+from frictionsim.solvers.system import STOP as END_STOP
 from frictionsim.version import __version__
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Channel, SimulationResult, Transition
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.simulation.base import Simulation
+    from frictionsim.simulation.mechanism import Simulation
 
 BREAKAWAY, REST, REVERSAL = "breakaway", "comes to rest", "reverses"
 # Of a pulley that no body touches, and of a span with and without tension.

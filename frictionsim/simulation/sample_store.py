@@ -1,11 +1,11 @@
-"""The samples of a run in memory."""
+"""The samples of a belt in memory."""
 
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from frictionsim.simulation.checkpoint import Arrays, require_array, require_names, unfit
+from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
 
 MIN_CAPACITY = 256  # samples that there is memory for from the start
 GROWTH = 1.5
@@ -22,31 +22,20 @@ class SampleStore:
     def __len__(self) -> int:
         return self._count
 
-    def append(self, values: Mapping[str, Any]) -> None:
-        """Add a sample."""
-        self.extend({name: np.asarray(value)[None] for name, value in values.items()})
-
     def extend(self, values: Mapping[str, Any]) -> None:
         """Add samples, (m, ...)."""
         end = self._count + len(values["time"])
         if not self._arrays:
             self._arrays = {n: np.empty((MIN_CAPACITY, *v.shape[1:])) for n, v in values.items()}
         if end > len(self._arrays["time"]):
-            self._make_room(end)
+            larger = max(int(GROWTH * self._count) + 1, end)
+            for name, before in self._arrays.items():
+                # One array after the other, so that two copies of all are never needed.
+                self._arrays[name] = np.empty((larger, *before.shape[1:]))
+                self._arrays[name][: self._count] = before[: self._count]
         for name, some in values.items():
             self._arrays[name][self._count : end] = some
         self._count = end
-
-    def _make_room(self, needed: int) -> None:
-        larger = max(int(GROWTH * self._count) + 1, needed)
-        for name, before in self._arrays.items():
-            # One array after the other, so that two copies of all are never needed.
-            self._arrays[name] = np.empty((larger, *before.shape[1:]))
-            self._arrays[name][: self._count] = before[: self._count]
-
-    def gain(self, name: str) -> float:
-        """Return the last value of an array less its first."""
-        return float(self._arrays[name][self._count - 1] - self.first(name))
 
     def first(self, name: str) -> Any:
         """Return the first value of an array."""
@@ -75,14 +64,12 @@ class SampleStore:
 
     def restore(self, state: Arrays, like: Mapping[str, Any]) -> None:
         """Take over the samples of another run of the same scenario; `like` is one of them."""
-        names = [n.removeprefix(SAMPLES) for n in state if n.startswith(SAMPLES)]
-        if not names:
+        if f"{SAMPLES}time" not in state:
             return
-        require_names(names, like, SAMPLES)
         self._count = len(require_array(state, f"{SAMPLES}time", np.float64, ndim=1))
         for name, value in like.items():
             shape = (self._count, *np.shape(value))
             values = require_array(state, SAMPLES + name, np.float64, ndim=len(shape))
             if values.shape != shape:
-                raise unfit(SAMPLES + name, "is of another type or shape")
+                raise unfit(SAMPLES + name)
             self._arrays[name] = values.copy()  # the state may be restored once more

@@ -18,6 +18,7 @@ from frictionsim.solvers.loop import Loop, State, sign, smooth_step
 from frictionsim.solvers.modes import KEEPS, REFINDS, Modes, consistent, holds
 from frictionsim.solvers.rkf45 import Step
 from frictionsim.solvers.roots import bracket_root
+from frictionsim.solvers.system import STOP
 
 # Parts of a step at which margins are looked at; near its ends for the sign of their slopes.
 PLACES = (0.0, 1e-3, 1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1.0 - 1e-3, 1.0)
@@ -34,7 +35,6 @@ CHATTERING_EVENTS, CHATTERING_WINDOW = 100, 1e-6
 # ignored: rounding would give the body as much speed as an impact takes.
 HIDDEN_ULPS = 16.0
 MAX_IMPACTS = 100  # of ropes that become taut at one time: each leaves less of what is to close
-STOP = "stop"  # name of the event
 LEAVES_STOP = (
     2  # instead of the direction in which a stop is hit: a body without friction leaves it
 )

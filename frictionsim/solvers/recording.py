@@ -17,8 +17,6 @@ class SampleTimes:
         The number of samples so far.
     """
 
-    CHECKPOINT_FIELDS = ("count",)
-
     def __init__(self, duration: float, interval: float) -> None:
         self._interval, self._end, self._given, self.count = interval, duration, array("d"), 0
         # A multiple that differs from the duration by rounding is replaced by the duration.

@@ -26,6 +26,7 @@ Acting = Any  # what acts on a mechanism at an instant
 DryFriction = Callable[[Any, float, float, int, float], float]
 INPUT, IMPACT, FRICTION = "energy_input", "energy_impact", "energy_friction"
 EQUATION = "the equation of motion of this kind of mechanism, which its author has to mend"
+STOP = "stop"  # name of the event at an end stop
 MARGINS = ("margin_forward", "margin_backward", "margin_roundoff")
 
 
