@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from frictionsim.errors import Chattering
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
-from frictionsim.solvers.loop import Loop, State, sign, smooth_step
+from frictionsim.solvers.loop import Loop, State, may_dip, sign, smooth_step
 from frictionsim.solvers.modes import KEEPS, REFINDS, Modes, consistent, holds
 from frictionsim.solvers.rkf45 import Step
 from frictionsim.solvers.roots import bracket_root
@@ -134,14 +134,9 @@ class Events(Loop):
 
         The zero at the start of a motion does not count.
         """
-        t_old, t = step.t_old, step.t
-        v_old, v, a_old, a = s * step.y_old[c], s * step.y[c], s * step.k_old[c], s * step.k[c]
-        # It is above its tangents at both ends, hence above their intersection. What moves from
-        # rest may be slowed down at first by the roundoff of the limit at which it gave way.
-        if v > 0.0 and (
-            not (v_old > 0.0 and a_old < 0.0 < a)
-            or v_old + a_old * (v - v_old - a * (t - t_old)) / (a_old - a) > 0.0
-        ):
+        # What moves from rest may be slowed down at first by the roundoff of the limit at which it
+        # gave way.
+        if s * step.y[c] > 0.0 and not may_dip(step, c, s):
             return inf
         return self._located_zero(step, modes, c, s)
 
@@ -192,8 +187,8 @@ class Events(Loop):
         rest a margin is monotone up to where it may first be used up; in a step it may be used up
         and restored.
         """
-        places = (0.0, 1.0) if at_rest else PLACES
         first: dict[int, Change] = {}
+        places = (0.0, 1.0) if at_rest else PLACES
         times = [*[step.t_old + x * (step.t - step.t_old) for x in places[:-1]], step.t]
         states = [step.y_old, *[step.near(x) for x in places[1:-1]], step.y]
         margins = [self.system.margins(t, y, modes) for t, y in zip(times, states, strict=True)]
