@@ -1,11 +1,10 @@
 """What all tests share: settings, compiled kernels, and the command line."""
 
 import gc
-import json
 import os
 import signal
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ import frictionsim as fs
 from tests.cases import CASES, Case, SolvedCase
 from tests.support import scenarios
 from tests.support.examples import FEW, MANY
-from tests.support.scenarios import ROOT, in_this_process
+from tests.support.scenarios import in_this_process
 
 # Always the same examples by default, so that no chance decides; many and new ones every night.
 SHARED_SETTINGS: dict[str, Any] = {
@@ -159,14 +158,3 @@ def told(cli: Callable[..., "subprocess.CompletedProcess[str]"]) -> Callable[...
         return done.stdout, done.stderr
 
     return run
-
-
-@pytest.fixture(scope="session")
-def tally(request: pytest.FixtureRequest) -> Iterator[dict[str, int]]:
-    """Count cases by name; a long run writes the counts down."""
-    counts: dict[str, int] = {}
-    yield counts
-    if request.config.option.markexpr == "nightly":
-        path = ROOT / "results" / "hard.json"
-        before = json.loads(path.read_text()) if path.exists() else {}
-        path.write_text(json.dumps(dict(sorted({**before, **counts}.items())), indent=2) + "\n")

@@ -62,7 +62,7 @@ def statics_text(quantities: StaticQuantities, scenario: Scenario) -> str:
 
 def warnings_before_run(scenario: Scenario) -> list[str]:
     """Return the warnings of a scenario, with those that its equations give without a run."""
-    from frictionsim.simulation.standstill import foreseen
+    from frictionsim.simulation.run_warnings import foreseen
 
     build = getattr(mechanism_module(scenario.kind), "build", None)
     duration, warnings = scenario.solver.duration, scenario.warnings()

@@ -35,7 +35,7 @@ from frictionsim.results import (
     Record,
     SolverStatistics,
 )
-from frictionsim.simulation.sample_store import SAMPLES, places_of_samples
+from frictionsim.simulation.sample_store import SAMPLES
 from frictionsim.version import __version__
 
 ATTRIBUTES = ("backend", "frictionsim_version", "kind", "reason", "scenario", "status", "title")
@@ -186,11 +186,8 @@ def read_checkpoint(path: Path) -> Checkpoint:
             raise InputError(f"{path}: cannot resume this run: its checkpoint is damaged")
         if f"{SAMPLES}time" in state:
             channels = {n: i for n, i in file.group("").items() if not _is_axis(n, i)}
-            events = file.group("events").get("time", ())
-            count = len(state[f"{SAMPLES}time"])
-            places = places_of_samples(channels["time"][...], events and events[...], count)
             for name in channels.keys() - {n.removeprefix(SAMPLES) for n in state}:
-                state[SAMPLES + name] = channels[name][...][places].astype(np.float64)
+                state[SAMPLES + name] = channels[name][...].astype(np.float64)
     return Checkpoint(attributes, state)
 
 

@@ -28,7 +28,7 @@ from frictionsim.io.result_format import (
     state_digest,
 )
 from frictionsim.results import Channel, Record
-from frictionsim.simulation.sample_store import SAMPLES, places_of_samples
+from frictionsim.simulation.sample_store import SAMPLES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -119,12 +119,10 @@ def write_from_memory(fill: "Callable[[Any], None]", path: "Path", kind: Kind) -
 
 def own_state(record: Record, state: dict[str, Any]) -> dict[str, Any]:
     """Return the arrays of a state but for the samples, time excepted, that channels have too."""
-    time = state.get(f"{SAMPLES}time", ())
-    places = places_of_samples(record.time, record.events["time"], len(time))
     in_channels = (
         SAMPLES + name
         for name, channel in record.channels.items()
-        if name != "time" and np.array_equal(channel[places], state.get(SAMPLES + name, ()))
+        if name != "time" and np.array_equal(channel, state.get(SAMPLES + name, ()))
     )
     left_out = {*in_channels}
     return {name: values for name, values in state.items() if name not in left_out}

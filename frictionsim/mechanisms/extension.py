@@ -93,8 +93,7 @@ from frictionsim.scenario.methods import SINGLE_DOF, Pair
 from frictionsim.scenario.schema import FrictionLaw, Params, check_kinetic, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.signal_tables import TimeSignal, extremes, signal_from
-from frictionsim.simulation.base import Simulation
-from frictionsim.simulation.mechanism import Mechanism, Samples
+from frictionsim.simulation.mechanism import Mechanism, Samples, Simulation
 from frictionsim.solvers.system import INPUT, EndStops, Friction, OneCoordinate, Term
 
 __all__ = [

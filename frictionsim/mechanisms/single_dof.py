@@ -27,8 +27,7 @@ from frictionsim.solvers.system import MARGINS, OneCoordinate
 
 if TYPE_CHECKING:
     from frictionsim.results import Quantities
-    from frictionsim.simulation.base import Simulation
-    from frictionsim.simulation.mechanism import Derived
+    from frictionsim.simulation.mechanism import Derived, Simulation
 
 # The modes of one coordinate; the others are of belts.
 SINGLE_DOF_MODES: Flags = tuple(flag for flag in MODES if flag[0] in (BACKWARD, STICK, FORWARD))

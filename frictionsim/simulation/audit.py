@@ -17,8 +17,9 @@ import numpy as np
 
 from frictionsim.results import STICK, Check
 from frictionsim.scenario import methods
-from frictionsim.solvers.events import SAME_TIME_ULPS, STOP
+from frictionsim.solvers.events import SAME_TIME_ULPS
 from frictionsim.solvers.modes import holds
+from frictionsim.solvers.system import STOP
 
 if TYPE_CHECKING:
     from frictionsim.results import Transition
@@ -86,8 +87,10 @@ def audit(
         checks["stick_drift"] = Check(max(drift(samples, c) for c in mechanism.contacts), 0.0)
     stops = mechanism.system.stops
     if stops is not None:
-        largest = float(np.max(np.abs(samples["angle"]), initial=0.0))
-        beyond = float(np.max(stops.excess(samples["angle"]), initial=0.0))
+        angle = samples["angle"]
+        largest = float(np.max(np.abs(angle), initial=0.0))
+        excess = np.maximum(angle - stops.highest, stops.lowest - angle)
+        beyond = float(np.max(excess, initial=0.0))
         checks["end_stops"] = Check(beyond, ROUNDING * largest)
         checks["impact_law"] = Check(impact_violation(samples, stops), IMPACT_ERROR)
     return checks | mechanism.checks(samples)

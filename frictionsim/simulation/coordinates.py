@@ -2,8 +2,8 @@
 
 from array import array
 from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import partial
 from math import inf
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,29 +13,26 @@ from frictionsim.results import STICK, Quantities, Quantity, SimulationResult, T
 from frictionsim.scenario import methods
 from frictionsim.simulation.audit import audit
 from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
-from frictionsim.simulation.mechanism import Mechanism, Samples
-from frictionsim.simulation.monitor import RunMonitor
-from frictionsim.simulation.run_warnings import hidden_stick_slip, undetermined
-from frictionsim.simulation.sample_store import SAMPLES, Columns, chosen, with_derived
-from frictionsim.simulation.standstill import foreseen
+from frictionsim.simulation.mechanism import Mechanism, Samples, Simulation
+from frictionsim.simulation.run_warnings import foreseen, hidden_stick_slip, undetermined
+from frictionsim.simulation.sample_store import SAMPLES
 from frictionsim.solvers import solver_of
-from frictionsim.solvers.events import STOP
 from frictionsim.solvers.loop import State
 from frictionsim.solvers.modes import holds, subject
 from frictionsim.solvers.prescribed import DRIVE, PrescribedEvents
 from frictionsim.solvers.recording import Recording
 from frictionsim.solvers.rkf45 import Step, Tolerances
+from frictionsim.solvers.system import STOP
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
 
-LARGE = 8 * 2**20  # bytes of samples of which no second copy is made
 # Channels that /events holds as `angle`, `mode_from` and `mode_to`, not as sides.
 EVENT_CHANNELS = ("angle", "mode")
 
 
-class CoordinateSimulation:
-    """The `Simulation` of a mechanism of one or several coordinates.
+class CoordinateSimulation(Simulation):
+    """The simulation of a mechanism of one or several coordinates.
 
     Parameters
     ----------
@@ -45,13 +42,12 @@ class CoordinateSimulation:
         friction.
     """
 
-    axes: Mapping[str, tuple[str, ...]] = {}
+    axes: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 
     def __init__(self, scenario: "Scenario", mechanism: Mechanism) -> None:
         settings, system = scenario.solver, mechanism.system
         self._mechanism, self._settings = mechanism, settings
-        self._at_events, self._interval = scenario.output.at_events, scenario.interval
-        self._wanted = scenario.output.channels
+        self._interval, self._wanted = scenario.interval, scenario.output.channels
         self._method = methods.METHODS[settings.backend]
         self.effects, self.channel_info = mechanism.effects, mechanism.channel_info
         self.states = len(system.start)
@@ -64,7 +60,9 @@ class CoordinateSimulation:
             subject=subject(system),
             budget_advice=scenario.budget_advice,
         )
-        self._recording = Recording(system, settings.duration, scenario.interval)
+        self._recording = Recording(
+            system, settings.duration, scenario.interval, scenario.output.at_events
+        )
         parts = system, tolerances, self._recording, settings.duration
         if system.stops is not None and settings.backend != "events":
             raise InputError(
@@ -77,23 +75,12 @@ class CoordinateSimulation:
         )
 
     def sample_at(self, times: Sequence[float]) -> None:
-        """Take samples at these times, s, instead of the regular ones; before `solve`."""
         self._recording.times.give(times)
 
-    def prepare(self, monitor: RunMonitor) -> float:
-        """Return 0: there is nothing to prepare."""
-        return 0.0
-
-    def compile(self, monitor: RunMonitor) -> float | None:
-        """Return None: nothing is compiled."""
-        return None
-
     def solve(self, on_step: Callable[[float], Any]) -> None:
-        """Integrate to the end; see `Simulation.solve`."""
         self._solver.run(on_step)
 
     def statistics(self) -> tuple[int, int, int]:
-        """Return steps, rejected steps and their evaluations of the right-hand side so far."""
         step = self._solver.state.step
         return step.taken, step.rejected, step.evaluations
 
@@ -104,7 +91,7 @@ class CoordinateSimulation:
         recording, state = self._recording, self._solver.state
         numbers = {f"step.{name}": x for name, x in state.step._asdict().items()}
         numbers |= {f"state.{n}": x for n, x in state._asdict().items() if n != "step"}
-        columns = self._rows(recording.rows).T  # views
+        columns = _in_order(self._rows(recording.rows)).T  # views
         contacts = [e.contact for e in recording.transitions]
         events = [(e.time, e.mode_from, e.mode_to, e.position) for e in recording.transitions]
         return {
@@ -116,7 +103,6 @@ class CoordinateSimulation:
         }
 
     def restore(self, state: Arrays) -> None:
-        """Load the state of another simulation of the same scenario."""
         for name in self._mechanism.derived:  # a file has them, and they follow from the samples
             state.pop(SAMPLES + name, None)
         recording, solver = self._recording, self._solver
@@ -128,12 +114,12 @@ class CoordinateSimulation:
         names = [SAMPLES + name for name in self._row_names]
         columns = [require_array(state, name, np.float64, ndim=1) for name in names]
         for name, column in zip(names, columns, strict=True):
-            if len(column) != solver.state.samples:
-                raise unfit(name, "is of another type or shape")
+            if len(column) != len(columns[0]):
+                raise unfit(name)
         recording.rows = array("d", np.column_stack(columns).tobytes())
         sides = require_array(state, "sides", np.float64, ndim=1)
         if len(sides) != 2 * len(recording.transitions) * len(names):
-            raise unfit("sides", "is of another type or shape")
+            raise unfit("sides")
         recording.sides = array("d", sides.tobytes())
 
     @property
@@ -146,40 +132,33 @@ class CoordinateSimulation:
         return rows.reshape(-1, len(self._row_names))
 
     def _transitions(self, state: Arrays) -> list[Transition]:
-        """Return the transitions of a state."""
-        contacts = require_array(state, "transitions.contact", np.bytes_, ndim=1).tolist()
+        names = require_array(state, "transitions.contact", np.bytes_, ndim=1)
         rows = require_array(state, "transitions", np.float64, ndim=2)
-        if rows.shape != (len(contacts), 4):  # time, modes before and after it, position
-            raise unfit("transitions", "is of another type or shape")
-        names = [STOP, DRIVE, *[c.name for c in self._mechanism.contacts]]
-        names += [surface.event for surface in self._mechanism.system.surfaces]
-        known = {name.encode(): name for name in names if name}
-        if not known.keys() >= set(contacts):
+        if rows.shape != (len(names), 4):  # time, modes before and after it, position
+            raise unfit("transitions")
+        contacts = names.astype(str).tolist()
+        known = {STOP, DRIVE, *[contact.name for contact in self._mechanism.contacts]}
+        known |= {surface.event for surface in self._mechanism.system.surfaces}
+        if not known >= {*contacts}:
             raise unfit("transitions.contact", "names no contact of it")
         return [
-            Transition(time, known[contact], int(mode_from), int(mode_to), position)
-            for contact, (time, mode_from, mode_to, position) in zip(
-                contacts, rows.tolist(), strict=True
-            )
+            Transition(time, contact, int(mode_from), int(mode_to), position)
+            for contact, (time, mode_from, mode_to, position) in zip(contacts, rows, strict=True)
         ]
 
     def observe(self) -> SimulationResult:
-        """Return the finite samples, and quantities, checks and warnings from them."""
         samples, is_cut = self._samples()
         is_channel = self.channel_info.__contains__
         times = np.array([e.time for e in samples.transitions])
         sides = {
             f"{name}_{side}": values
             for side, columns in (("before", samples.before), ("after", samples.after))
-            for name, values in with_derived(
-                columns, self._derived(times, columns, samples)
-            ).items()
+            for name, values in {**columns, **self._derived(times, columns, samples)}.items()
             if is_channel(name) and name not in EVENT_CHANNELS and not name.startswith("energy_")
         }
-        recorded = chosen(samples.columns, ["time", *self._channel_names()])
-        derived = self._derived(samples.time, samples.columns, samples)
+        recorded = {name: samples[name] for name in ("time", *self._channel_names())}
         return SimulationResult(
-            channels=with_derived(recorded, derived),
+            channels=recorded | self._derived(samples.time, samples.columns, samples),
             transitions=samples.transitions,
             quantities=self._quantities(samples),
             checks=audit(self._mechanism, samples, self._settings, self.statistics()[0]),
@@ -188,10 +167,10 @@ class CoordinateSimulation:
             sides=sides,
         )
 
-    def _derived(self, time: Any, columns: Any, samples: Samples) -> dict[str, Callable[[], Any]]:
-        """Return how to compute the derived channels that are wanted, of some rows."""
+    def _derived(self, time: Any, columns: Any, samples: Samples) -> dict[str, Any]:
+        """Return the derived channels that are wanted, of some rows."""
         return {
-            name: partial(derive, time, columns, samples)
+            name: derive(time, columns, samples)
             for name, derive in self._mechanism.derived.items()
             if self._wanted is None or name in self._wanted
         }
@@ -207,46 +186,23 @@ class CoordinateSimulation:
     def _samples(self) -> tuple[Samples, bool]:
         """Return the samples before the first that is not finite, and whether there is one."""
         recording, names = self._recording, self._mechanism.columns
-        rows, sides = (self._rows(numbers) for numbers in (recording.rows, recording.sides))
-        sides = sides.reshape(-1, 2, 1 + len(names))
+        rows = _in_order(self._rows(recording.rows))
+        sides = self._rows(recording.sides).reshape(-1, 2, 1 + len(names))
         transitions = recording.transitions
         # Laws record that a step ends at a surface before a change of mode within it.
         order = np.argsort(sides[:, 1, 0], kind="stable")
         sides, transitions = sides[order], [transitions[i] for i in order]
-        finite, finite_sides = np.isfinite(rows).all(axis=1), np.isfinite(sides).all(axis=(1, 2))
-        is_cut = not (finite.all() and finite_sides.all())
-        if is_cut:
-            ends = rows[~finite, 0], sides[~finite_sides, 1, 0]
-            end = np.min(np.nan_to_num(np.concatenate(ends), nan=-np.inf), initial=np.inf)
-            kept = finite_sides & (sides[:, 1, 0] < end)
-            rows = rows if finite.all() else rows[: np.argmin(finite)]
-            sides, transitions = (
-                sides[kept],
-                [e for e, k in zip(transitions, kept, strict=True) if k],
-            )
-        before, after = sides[:, 0], sides[:, 1]
-        merged: Any = slice(None)
-        at_events = before[:0]
-        if self._at_events and transitions:
-            at_events = self._sides_at_events(before, after, transitions)
-            merged = _order(rows[:, 0], at_events[:, 0])
-        columns: Mapping[str, Any] = Columns(self._row_names, rows, at_events, merged)
-        if rows.nbytes < LARGE:
-            together = np.concatenate((rows, at_events))[merged]
-            columns = dict(zip(self._row_names, together.T.copy(), strict=True))
-        left, right = (dict(zip(names, of.T[1:].copy(), strict=True)) for of in (before, after))
-        return Samples(columns["time"], columns, transitions, left, right), is_cut
-
-    def _sides_at_events(self, before: Any, after: Any, transitions: list[Transition]) -> Any:
-        """Return one sample for each event: the side before a breakaway, else the side after it."""
-        velocity = 1 + self._mechanism.system.coordinates
-        is_breakaway = np.array(
-            [
-                e.mode_from == STICK and b[velocity] == a[velocity]
-                for e, b, a in zip(transitions, before, after, strict=True)
-            ]
+        wrong, wrong_sides = (~np.isfinite(of).all(axis=-1) for of in (rows, sides))
+        ends = np.concatenate((rows[wrong, 0], sides[wrong_sides.any(axis=1), 1, 0]))
+        if ends.size:
+            rows, kept = rows[rows[:, 0] < ends.min()], sides[:, 1, 0] < ends.min()
+            sides, transitions = sides[kept], transitions[: int(kept.sum())]
+        # Views: no second copy of all samples is made.
+        columns = dict(zip(self._row_names, rows.T, strict=True))
+        before, after = (
+            dict(zip(names, side.T[1:], strict=True)) for side in (sides[:, 0], sides[:, 1])
         )
-        return np.where(is_breakaway[:, None], before, after)
+        return Samples(columns["time"], columns, transitions, before, after), bool(ends.size)
 
     def _quantities(self, samples: Samples) -> Quantities:
         """Return the quantities of the mechanism, of its contacts and of the end.
@@ -328,17 +284,14 @@ def _restored(kind: Any, prefix: str, state: Arrays, before: Any, lengths: Colle
         numbers = require_array(state, prefix + name, np.float64, ndim=np.ndim(value))
         allowed = {len(value)} if is_mode else lengths
         if isinstance(value, list) and name != "changes" and len(numbers) not in allowed:
-            raise unfit(prefix + name, "is of another type or shape")
+            raise unfit(prefix + name)
         values[name] = numbers.astype(dtype).tolist()
     return kind(**values)
 
 
-def _order(times: Any, at_events: Any) -> Any:
-    """Return the order of samples, of which those at events stand behind the regular ones.
-
-    They replace regular ones at their times, and of several at one time the last counts.
-    """
-    last = np.flatnonzero(np.append(at_events[1:] != at_events[:-1], True))
-    regular = np.flatnonzero(~np.isin(times, at_events))
-    places = np.searchsorted(times[regular], at_events[last])
-    return np.insert(regular, places, len(times) + last)
+def _in_order(rows: Any) -> Any:
+    """Return rows in the order of their times, and of several at one time the last."""
+    if np.all(np.diff(rows[:, 0]) > 0.0):
+        return rows
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    return rows[np.append(np.diff(rows[:, 0]) > 0.0, True)]

@@ -1,17 +1,103 @@
-"""What a kind of mechanism of one or several coordinates gives the simulation.
+"""What a kind of mechanism gives: its `Simulation`, or the `Mechanism` that has one made.
 
 Without numpy, which `check` does not need.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from frictionsim.scenario.methods import SET_VALUED
 
 if TYPE_CHECKING:
-    from frictionsim.results import Array, Channel, Check, Quantities, Transition
+    from frictionsim.results import (
+        Array,
+        Channel,
+        Check,
+        Quantities,
+        SimulationResult,
+        Transition,
+    )
+    from frictionsim.simulation.monitor import RunMonitor
+
+
+class Simulation(Protocol):
+    """The simulation of one scenario, which is solved once: what `simulate.run` asks of a kind.
+
+    Attributes
+    ----------
+    effects : tuple of str
+        The effects that are simulated.
+    states : int
+        Length of the state vector.
+    channel_info : mapping of name to Channel
+        For every channel that `observe` may return.
+    axes : mapping of name to tuple of str
+        The names of the members of each axis, without blanks; "0", "1", ... if they have no
+        names. Empty for one coordinate.
+    """
+
+    effects: tuple[str, ...]
+    states: int
+    channel_info: "Mapping[str, Channel]"
+    axes: Mapping[str, tuple[str, ...]]
+
+    def sample_at(self, times: Sequence[float]) -> None:
+        """Take samples at these times, s, strictly increasing, instead of the regular ones.
+
+        Called before `prepare`, if at all: by fits to measured data.
+        """
+
+    def prepare(self, monitor: "RunMonitor") -> float:
+        """Prepare the first step; called before `solve` and after `restore`.
+
+        Kernels are compiled within the monitor's `compiling`; returned is how long that took, s.
+
+        Raises
+        ------
+        SolverError, ArithmeticError
+            If the equations have no solution at the start, or not within the numbers.
+        """
+        return 0.0
+
+    def compile(self, monitor: "RunMonitor") -> float | None:
+        """Compile the kernels of the run, for `fs.warm_up`, as `prepare` does; None without any."""
+        return None
+
+    def solve(self, on_step: Callable[[float], Any]) -> None:
+        """Integrate to the end, from the start or from a restored state.
+
+        `on_step` is called with the time between steps. It may call `state`, `statistics` and
+        `observe`, and raise BudgetExceeded or Interrupted, after which the run can be resumed.
+
+        Raises
+        ------
+        SolverError, ArithmeticError
+            Earlier samples remain available.
+        """
+
+    def state(self) -> dict[str, Any] | None:
+        """Return the complete state of the run, as numpy arrays of float64 or bytes.
+
+        It includes samples, transitions and statistics. A run restored from it gives the same bits
+        as an uninterrupted one. None if the backend does not support resuming.
+        """
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Load the state of another simulation of the same scenario, before `solve`.
+
+        Raises
+        ------
+        InputError
+            If the state does not fit the scenario.
+        """
+
+    def statistics(self) -> tuple[int, int, int]:
+        """Return steps, rejected steps and evaluations of the right-hand side so far."""
+
+    def observe(self) -> "SimulationResult":
+        """Return the results so far, of finite samples; also of a run that stopped early."""
 
 
 @dataclass(frozen=True)

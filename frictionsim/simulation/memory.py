@@ -3,17 +3,15 @@
 import logging
 from collections.abc import Mapping
 from contextlib import suppress
-from mmap import PAGESIZE
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.errors import BudgetExceeded, InputError
+from frictionsim.errors import InputError
 from frictionsim.simulation.record import stored_type
 
 if TYPE_CHECKING:
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.simulation.base import Simulation
+    from frictionsim.simulation.mechanism import Simulation
 
 LOG = logging.getLogger(__name__)
 
@@ -26,9 +24,6 @@ LARGE = 10**9  # bytes of samples that a user should know of before
 # those of a belt are compressed. Measured of a guided string: 1.65, whose file has 0.2 of it, and
 # might have 0.75 if nothing could be compressed; of a pulley 2.0.
 PEAK = 2.3
-# Of the size of the process, what a run that stops needs to write its checkpoint.
-RESERVE, LEAST_RESERVE = 1.0, 64 * 2**20
-SECONDS_BETWEEN_LOOKS = 1.0
 CONTROL_GROUPS = Path("/sys/fs/cgroup")
 # Limit and size, by the name of the controller; version 2 has one of all.
 FILES_OF_GROUP = {
@@ -46,6 +41,12 @@ class SampleBytes(NamedTuple):
     recorded: int  # in a file before compression
     in_memory: int  # with the numbers that only the summary needs
 
+    def __str__(self) -> str:
+        return (
+            f"{self.samples} samples of all recorded channels take {_gigabytes(self.recorded)}"
+            " before compression"
+        )
+
 
 def sample_bytes(scenario: "Scenario", simulation: "Simulation") -> SampleBytes:
     """Return the bytes of the samples of a run; those at events are not known before it."""
@@ -58,81 +59,42 @@ def sample_bytes(scenario: "Scenario", simulation: "Simulation") -> SampleBytes:
         for name, channel in simulation.channel_info.items()
         if wanted is None or name in wanted
     ]
-    kept = KEPT + KEPT_OF_PULLEY * len(axes.get("pulley", ()))
-    return SampleBytes(
-        samples,
-        samples * sum(size * count for size, count in columns),
-        samples * FLOAT_BYTES * (kept + sum(count for _, count in columns)),
-    )
+    numbers = KEPT + KEPT_OF_PULLEY * len(axes.get("pulley", ()))
+    numbers += sum(count for _, count in columns)
+    recorded = sum(size * count for size, count in columns)
+    return SampleBytes(samples, samples * recorded, samples * FLOAT_BYTES * numbers)
 
 
 def check_memory(
     scenario: "Scenario", simulation: "Simulation", checkpoint: Mapping[str, Any]
 ) -> None:
-    """Check before a run that its samples, its checkpoints and its file fit into the memory.
+    """Refuse a run whose samples, checkpoints and file do not fit into the memory.
 
-    The run may be continued from a checkpoint, whose arrays are among those samples.
+    The arrays of a checkpoint, from which it may be continued, are among those samples.
 
     Raises
     ------
     InputError
-        If they do not; it says how much is needed, how much is there, and what helps.
+        It says how much is needed, how much is there, and what helps.
     """
     needed = sample_bytes(scenario, simulation)
-    size = PEAK * needed.in_memory
-    size -= sum(values.nbytes for values in checkpoint.values())
-    fewer = " or fewer output.channels" if simulation.axes else ""
+    size = PEAK * needed.in_memory - sum(values.nbytes for values in checkpoint.values())
     if size <= SMALL:
         return
+    fewer = " or fewer output.channels" if simulation.axes else ""
     free = available_memory()
-    share = f", divided by {processes} workers" if processes > 1 else ""
     if free is not None and size > free / processes:
+        share = f", divided by {processes} workers" if processes > 1 else ""
         raise InputError(
-            f"cannot start this run: {_described(needed)}; it would need {_gigabytes(size)} of"
-            f" memory, and {_gigabytes(free)} are available{share}; give a longer"
-            f" output.interval{fewer}"
+            f"cannot start this run: {needed}; it would need {_gigabytes(size)} of memory, and"
+            f" {_gigabytes(free)} are available{share}; give a longer output.interval{fewer}"
         )
     if needed.recorded >= LARGE:
-        LOG.warning("%s; a longer output.interval%s makes them less", _described(needed), fewer)
-
-
-def _described(needed: SampleBytes) -> str:
-    return (
-        f"{needed.samples} samples of all recorded channels take {_gigabytes(needed.recorded)}"
-        " before compression"
-    )
+        LOG.warning("%s; a longer output.interval%s makes them less", needed, fewer)
 
 
 def _gigabytes(size: float) -> str:
     return f"{size / 1e9:.3g} GB"
-
-
-class MemoryWatch:
-    """Stops a run whose samples at events outgrow the memory, as long as a checkpoint fits."""
-
-    def __init__(self) -> None:
-        self._next = monotonic() + SECONDS_BETWEEN_LOOKS
-
-    def look(self, t: float) -> None:
-        """Look at the memory now and then, at a time t of the run, s."""
-        if monotonic() < self._next:
-            return
-        self._next = monotonic() + SECONDS_BETWEEN_LOOKS
-        free, own = available_memory(), resident_memory()
-        if free is None or own is None or free >= max(RESERVE * own, LEAST_RESERVE):
-            return
-        raise BudgetExceeded(
-            f"the memory is used up at t = {t:.9g} s: {_gigabytes(own)} by this run,"
-            f" {_gigabytes(free)} are free; resume it where there is more memory, or give a longer"
-            " output.interval or output.at_events = false"
-        )
-
-
-def resident_memory() -> int | None:
-    """Return how many bytes of memory this process has; None where it is not known."""
-    with suppress(OSError, ValueError, IndexError):
-        return int(Path("/proc/self/statm").read_text().split()[1]) * PAGESIZE
-    return None
 
 
 def available_memory() -> int | None:

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.results import MODES, OPEN, OTHER_MODES, SLACK, STICK, TAUT, Record, defined
-from frictionsim.simulation.sample_store import chosen
-from frictionsim.solvers.events import STOP as END_STOP
+from frictionsim.solvers.system import STOP as END_STOP
 from frictionsim.version import __version__
 
 if TYPE_CHECKING:
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Channel, SimulationResult, Transition
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.simulation.base import Simulation
+    from frictionsim.simulation.mechanism import Simulation
 
 BREAKAWAY, REST, REVERSAL = "breakaway", "comes to rest", "reverses"
 # Of a pulley that no body touches, and of a span with and without tension.
@@ -37,11 +36,11 @@ def recorded(scenario: "Scenario", simulation: "Simulation", data: "SimulationRe
         for name in data.channels
         if name != "time" and (wanted is None or name in wanted)
     }
-    types = {name: stored_type(channel) for name, channel in info.items() if channel.integer}
+    channels = {name: _typed(channel, data.channels[name]) for name, channel in info.items()}
     axes = {channel.axis for channel in info.values() if channel.axis}
     return Record(
         attributes=scenario_attributes(scenario) | {"effects": " ".join(simulation.effects)},
-        channels=chosen(data.channels, ["time", *info], types),
+        channels={"time": data.channels["time"]} | channels,
         units={"time": "s", **{name: channel.unit for name, channel in info.items()}},
         long_names={"time": "time", **{name: channel.long_name for name, channel in info.items()}},
         axes={"time": "", **{name: channel.axis for name, channel in info.items()}},

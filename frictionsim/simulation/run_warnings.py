@@ -1,40 +1,39 @@
-"""Warnings about runs of one coordinate whose results may mislead; each returns [] if sound."""
+"""Warnings of runs whose results may mislead, and, before a run, that nothing will move.
 
+Without numpy, which `check` does not need.
+"""
+
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import pi, ulp
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from frictionsim.results import STICK
+from frictionsim.results import STICK, TAUT
+from frictionsim.scenario.methods import REGULARISED
 from frictionsim.scenario.plausibility import SAMPLES_PER_PERIOD, unresolved
-from frictionsim.simulation.averages import time_mean
-from frictionsim.solvers.events import STOP
-from frictionsim.solvers.system import MARGINS
+from frictionsim.solvers.system import MARGINS, STOP, OneCoordinate
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from frictionsim.results import Array, Transition
-    from frictionsim.simulation.mechanism import Samples
+    from frictionsim.simulation.mechanism import Mechanism, Samples
 
 # Transitions closer than this are one: event location is exact to two units in the last place.
 SAME_EVENT_ULPS = 4.0
 # The absolute tolerance may be the first share of a motion, and fits it with the second.
 SMALL_SHARE, FITTING_SHARE = 1e-6, 1e-9
+# Torque and limit that differ by less, relatively, are equal but for rounding.
+TIE = 1e-9
+# A signal with more extrema is periodic, or a table as dense as the samples.
+MAX_EXTREMA = 100_000
+LOOKS = 100  # times of a run besides those of extrema
 
 
 def hidden_stick_slip(
     transitions: "Sequence[Transition]", interval: float, duration: float
 ) -> list[str]:
-    """Warn if the sampling interval does not resolve the changes of stick and slip.
+    """Warn if the interval, s, does not resolve the changes of stick and slip.
 
     The flights of a body that bounces on an end stop, ever shorter ones, do not count.
-
-    Parameters
-    ----------
-    transitions : sequence of Transition
-    interval, duration : float, s
     """
     changes = [e for e in transitions if e.mode_from != e.mode_to]
     apart = SAME_EVENT_ULPS * ulp(duration)
@@ -51,7 +50,7 @@ def tiny_motion(position: "Array", velocity: "Array", atol: float) -> list[str]:
 
     The stops of a motion of 1e-7 rad are 1e-6 of their time off with an atol of 1e-12.
     """
-    moved = max(float(np.ptp(position)), float(np.max(np.abs(velocity))))
+    moved = max(float(position.max() - position.min()), float(abs(velocity).max()))
     if moved == 0.0 or atol <= SMALL_SHARE * moved:
         return []
     return [
@@ -63,18 +62,13 @@ def tiny_motion(position: "Array", velocity: "Array", atol: float) -> list[str]:
 def hidden_turns(
     position: "Array", velocity: "Array", interval: float, duration: float
 ) -> list[str]:
-    """Warn if the sampling interval does not resolve the turns of what depends on an angle.
+    """Warn if the interval, s, does not resolve the turns of what depends on an angle.
 
-    Motion within a tenth of a turn does not count, however fast.
-
-    Parameters
-    ----------
-    position : (n,) or (n, pulleys), rad
-    velocity : of the same shape, rad/s
-    interval, duration : float, s
+    Motion within a tenth of a turn does not count, however fast. Positions, rad, and velocities,
+    rad/s, are (n,) or (n, pulleys).
     """
-    turns = np.ptp(position, axis=0) * SAMPLES_PER_PERIOD > 2.0 * pi
-    fastest = float(np.max(np.abs(velocity) * turns, initial=0.0))
+    ways = position.max(axis=0) - position.min(axis=0)
+    fastest = float((abs(velocity) * (ways * SAMPLES_PER_PERIOD > 2.0 * pi)).max(initial=0.0))
     if interval * fastest == 0.0:
         return []
     turn = 2.0 * pi / fastest
@@ -83,16 +77,10 @@ def hidden_turns(
 
 
 def against_drive(time: "Array", torque: "Array", position: "Array") -> str:
-    """Return the text of a warning if the motion went against the mean torque; else empty.
+    """Return the text of a warning if a motion went against the mean torque, N m; else empty."""
+    from frictionsim.simulation.averages import time_mean  # imports numpy
 
-    Parameters
-    ----------
-    time : (n,), s
-    torque : (n,) or scalar, N m
-        Torque of the drive.
-    position : (n,), rad
-    """
-    mean = float(time_mean(time, np.broadcast_to(torque, time.shape)))
+    mean = float(time_mean(time, torque))
     displacement = float(position[-1] - position[0])
     if mean * displacement >= 0.0:
         return ""
@@ -103,10 +91,109 @@ def undetermined(samples: "Samples") -> list[str]:
     """Warn of a rest that the drive gives to a body with dry friction."""
     if "mode" not in samples.columns:
         return []
-    limit = np.where(samples["mode"] == STICK, samples[MARGINS[0]], 0.0)
+    limit = (samples["mode"] == STICK) * samples[MARGINS[0]]
     return [
         f"drive.speed is 0 at {time:.6g} s: the friction of a body that is held is undetermined,"
         " and counts as 0; drive_torque may differ from what is shown there by up to the static"
-        f" limit, {np.max(limit):.4g} N m"
+        f" limit, {limit.max():.4g} N m"
         for time in samples.time[limit > 0.0][:1]
     ]
+
+
+def foreseen(mechanism: "Mechanism", duration: float) -> Iterator[str]:
+    """Yield a warning if nothing moves in a run of `duration` s, and one if no friction acts."""
+    system = mechanism.system
+    if isinstance(system, OneCoordinate) and _has_no_friction(system, duration):
+        names = [f"effects.{name}" for name in mechanism.effects if name.endswith("friction")]
+        yield (
+            f"{' and '.join(names) or 'dry friction'} {'have' if names[1:] else 'has'}"
+            " no effect, zero throughout: give a coefficient above 0, and a load that presses the"
+            " contact"
+        )
+    n, start = system.coordinates, system.start
+    if mechanism.prescribed or any(start[n : 2 * n]):
+        return
+    times = [0.0]
+    for t in _times(system, duration):
+        if _moves(mechanism, t):
+            return
+        times.append(t)
+    if isinstance(system, OneCoordinate):
+        yield f"nothing moves: {_reason(mechanism, times)}"
+    else:
+        yield "nothing moves: all contacts hold"
+
+
+def _times(system: Any, end: float) -> Iterator[float]:
+    """Yield the times, s, at which a mechanism at rest may give way, and some between them."""
+    signals = getattr(system.drive, "signals", (system.drive,))
+    t, left = 0.0, MAX_EXTREMA
+    while t < end and left:
+        yield t
+        extrema = [signal.next_extremum(t) for signal in signals]
+        t, left = min([system.rests_until(t, system.start, end), *extrema]), left - 1
+    yield end
+    yield from (end * i / LOOKS for i in range(LOOKS))
+
+
+def _moves(mechanism: "Mechanism", t: float) -> bool:
+    """Return whether what rests from the start gives way at a time, s."""
+    system = mechanism.system
+    n, y = system.coordinates, system.start
+    if mechanism.law == REGULARISED:  # which holds nothing
+        return bool(system.torque(system.acting(t, y[0], 0.0), y[0], 0.0))
+    modes = [TAUT if contact.is_rope else STICK for contact in system.contacts]
+    if any(system.rates(t, y, modes)[n : 2 * n]):
+        return True
+    margins = system.margins(t, y, modes) if modes else []
+    return any(
+        forward < -roundoff or (mode == STICK and backward < -roundoff)
+        for mode, (forward, backward, roundoff) in zip(modes, margins, strict=True)
+    )
+
+
+def _reason(mechanism: "Mechanism", times: list[float]) -> str:
+    """Return why a body of one coordinate does not move, with the largest torque over its limit."""
+    system: OneCoordinate = mechanism.system
+    q = system.start[0]
+    acting = [system.acting(t, q, 0.0) for t in times]
+    torques, friction = [system.torque(u, q, 0.0) for u in acting], system.friction
+    if not any(torques):
+        if system.stops is not None and system.stops.side(q) != STICK:
+            return "the body rests on its end stop"
+        size = max(sum(map(abs, mechanism.torques(t))) for t in times)
+        if not size:
+            return "no torque is applied"
+        half = f"{0.5 * size:.4g} N m"
+        return f"the applied torques are in balance, {half} against {half}: their sum is zero"
+    if friction is None:
+        return ""
+    limits = [friction.static(u, q) for u in acting]
+    roundoff = [friction.roundoff(u, q) for u in acting]
+    hidden = [
+        (abs(torque), tie)
+        for torque, limit, tie in zip(torques, limits, roundoff, strict=True)
+        if (1.0 + TIE) * limit < abs(torque) <= limit + tie
+    ]
+    if hidden:
+        return (
+            f"a torque of {max(hidden)[0]:.4g} N m is above the static limit, but not by more than"
+            f" the rounding of the forces, {max(roundoff):.2g} N m; give smaller forces"
+        )
+    ratio = max(abs(torque) / limit for torque, limit in zip(torques, limits, strict=True) if limit)
+    return f"the largest torque is {100.0 * ratio:.10g} % of the static limit"
+
+
+def _has_no_friction(system: OneCoordinate, duration: float) -> bool:
+    """Return whether the friction is zero at some times of a run, angles and speeds."""
+    friction, angle = system.friction, system.start[0]
+    if friction is None:
+        return False
+    for t in (duration * i / LOOKS for i in range(LOOKS)):
+        for q in (angle, angle + 1.0, angle - 2.0):
+            for s in (1, -1):
+                u = system.acting(t, q, float(s))
+                applied = system.torque(u, q, float(s))
+                if friction.static(u, q) or friction.kinetic(u, q, float(s), s, applied):
+                    return False
+    return True

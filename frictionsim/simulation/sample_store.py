@@ -1,88 +1,15 @@
-"""The samples of a run in memory."""
+"""The samples of a belt in memory."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from frictionsim.simulation.checkpoint import Arrays, require_array, require_names, unfit
+from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
 
 MIN_CAPACITY = 256  # samples that there is memory for from the start
 GROWTH = 1.5
 SAMPLES = "samples."  # before the names of the arrays of a state
-
-
-def places_of_samples(time: Any, events: Any, count: int) -> Any:
-    """Return which samples of channels are those of a state: all of them, or those at no event."""
-    return slice(None) if len(time) == count else ~np.isin(time, events)
-
-
-class Columns(Mapping[str, Any]):
-    """Columns of samples by name, each copied when it is wanted: no second copy of all is kept.
-
-    Parameters
-    ----------
-    names : sequence of str
-    rows, at_events : (n, names), (m, names)
-    order : index of samples
-        Of a regular row, or n more than that of one at an event.
-    types : mapping of str to type, optional
-        Of columns that are not float64.
-    """
-
-    def __init__(
-        self,
-        names: Sequence[str],
-        rows: Any,
-        at_events: Any,
-        order: Any,
-        types: Mapping[str, Any] = MappingProxyType({}),
-    ) -> None:
-        self._places: dict[str, Any] = {name: place for place, name in enumerate(names)}
-        self._parts, self._order, self._types = (rows, at_events), order, types
-
-    def __getitem__(self, name: str) -> Any:
-        place = self._places[name]
-        if callable(place):
-            column = place()
-        else:
-            column = np.concatenate([rows[:, place] for rows in self._parts])[self._order]
-        return column.astype(self._types.get(name, np.float64), copy=False)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._places)
-
-    def __len__(self) -> int:
-        return len(self._places)
-
-    def chosen(self, names: Sequence[str], types: Mapping[str, Any]) -> "Columns":
-        """Return some of the columns, in another type if one is given."""
-        some = Columns((), *self._parts, self._order, types)
-        some._places = {name: self._places[name] for name in names}
-        return some
-
-
-def chosen(
-    columns: Mapping[str, Any],
-    names: Sequence[str],
-    types: Mapping[str, Any] = MappingProxyType({}),
-) -> Mapping[str, Any]:
-    """Return some columns, in another type if one is given."""
-    if isinstance(columns, Columns):
-        return columns.chosen(names, types)
-    return {n: columns[n].astype(types[n]) if n in types else columns[n] for n in names}
-
-
-def with_derived(
-    columns: Mapping[str, Any], derived: Mapping[str, Callable[[], Any]]
-) -> Mapping[str, Any]:
-    """Return some columns and others that are computed, of `Columns` each when it is wanted."""
-    if not isinstance(columns, Columns):
-        return {**columns, **{name: derive() for name, derive in derived.items()}}
-    more = columns.chosen((), {})
-    more._places = {**columns._places, **derived}
-    return more
 
 
 class SampleStore:
@@ -95,31 +22,20 @@ class SampleStore:
     def __len__(self) -> int:
         return self._count
 
-    def append(self, values: Mapping[str, Any]) -> None:
-        """Add a sample."""
-        self.extend({name: np.asarray(value)[None] for name, value in values.items()})
-
     def extend(self, values: Mapping[str, Any]) -> None:
         """Add samples, (m, ...)."""
         end = self._count + len(values["time"])
         if not self._arrays:
             self._arrays = {n: np.empty((MIN_CAPACITY, *v.shape[1:])) for n, v in values.items()}
         if end > len(self._arrays["time"]):
-            self._make_room(end)
+            larger = max(int(GROWTH * self._count) + 1, end)
+            for name, before in self._arrays.items():
+                # One array after the other, so that two copies of all are never needed.
+                self._arrays[name] = np.empty((larger, *before.shape[1:]))
+                self._arrays[name][: self._count] = before[: self._count]
         for name, some in values.items():
             self._arrays[name][self._count : end] = some
         self._count = end
-
-    def _make_room(self, needed: int) -> None:
-        larger = max(int(GROWTH * self._count) + 1, needed)
-        for name, before in self._arrays.items():
-            # One array after the other, so that two copies of all are never needed.
-            self._arrays[name] = np.empty((larger, *before.shape[1:]))
-            self._arrays[name][: self._count] = before[: self._count]
-
-    def gain(self, name: str) -> float:
-        """Return the last value of an array less its first."""
-        return float(self._arrays[name][self._count - 1] - self.first(name))
 
     def first(self, name: str) -> Any:
         """Return the first value of an array."""
@@ -148,14 +64,12 @@ class SampleStore:
 
     def restore(self, state: Arrays, like: Mapping[str, Any]) -> None:
         """Take over the samples of another run of the same scenario; `like` is one of them."""
-        names = [n.removeprefix(SAMPLES) for n in state if n.startswith(SAMPLES)]
-        if not names:
+        if f"{SAMPLES}time" not in state:
             return
-        require_names(names, like, SAMPLES)
         self._count = len(require_array(state, f"{SAMPLES}time", np.float64, ndim=1))
         for name, value in like.items():
             shape = (self._count, *np.shape(value))
             values = require_array(state, SAMPLES + name, np.float64, ndim=len(shape))
             if values.shape != shape:
-                raise unfit(SAMPLES + name, "is of another type or shape")
+                raise unfit(SAMPLES + name)
             self._arrays[name] = values.copy()  # the state may be restored once more

@@ -2,9 +2,10 @@
 
 import logging
 from collections.abc import Callable, Sequence
-from math import inf
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from frictionsim.errors import (
     OUT_OF_RANGE,
@@ -18,20 +19,23 @@ from frictionsim.errors import (
 from frictionsim.results import MODES, Record, SolverStatistics, defined, failures
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import METHODS
-from frictionsim.simulation.checkpoint import dump_part, load_part, require_same_arrays
-from frictionsim.simulation.memory import MemoryWatch, check_memory
+from frictionsim.simulation.checkpoint import require_array, require_same_arrays
+from frictionsim.simulation.memory import check_memory
 from frictionsim.simulation.monitor import RunMonitor, monitor_of
 from frictionsim.simulation.record import recorded
 
 if TYPE_CHECKING:
     from frictionsim.results import Quantities, SimulationResult
     from frictionsim.scenario.settings import Scenario
-    from frictionsim.simulation.base import Simulation
+    from frictionsim.simulation.mechanism import Simulation
 
 
 LOG = logging.getLogger(__name__)
+OnStep = Callable[[float], Any]
+OnCheckpoint = Callable[[Record], Any]
 
 CHECKPOINT_INTERVAL = 60.0  # s of wall time, if a scenario gives none
+CLOCKS = "solving", "compiling"
 PAUSE = 20.0  # at least, between two checkpoints, in the time that the first took
 
 
@@ -96,8 +100,8 @@ class _Termination(NamedTuple):
 
 def run(
     scenario: "Scenario",
-    on_step: "Callable[[float], Any]",
-    on_checkpoint: "Callable[[Record], Any] | None" = None,
+    on_step: OnStep,
+    on_checkpoint: OnCheckpoint | None = None,
     checkpoint: "dict[str, Any] | None" = None,
     max_steps: int | None = None,
     sample_times: "Sequence[float] | None" = None,
@@ -161,8 +165,6 @@ class _Run:
         Including the parts before an interruption.
     """
 
-    CHECKPOINT_FIELDS = ("solving", "compiling")
-
     def __init__(
         self,
         scenario: "Scenario",
@@ -184,20 +186,19 @@ class _Run:
         if not METHODS[self.scenario.solver.backend].resumable:
             raise InputError("its backend leaves no state to resume from")
         self.simulation.restore(checkpoint)
-        load_part(self, "clock", checkpoint)
+        for name in CLOCKS:
+            setattr(self, name, float(require_array(checkpoint, f"clock.{name}", float, ndim=0)))
         require_same_arrays(checkpoint, self.state() or {})
         checkpoint.clear()
 
     def state(self) -> "dict[str, Any] | None":
         """Return the state to resume from; None if the backend does not support it."""
         state = self.simulation.state()
-        return None if state is None else {**state, **dump_part(self, "clock")}
+        if state is None:
+            return None
+        return state | {f"clock.{name}": np.array(getattr(self, name)) for name in CLOCKS}
 
-    def solve(
-        self,
-        on_step: "Callable[[float], Any]",
-        on_checkpoint: "Callable[[Record], Any] | None" = None,
-    ) -> _Termination:
+    def solve(self, on_step: OnStep, on_checkpoint: OnCheckpoint | None = None) -> _Termination:
         """Integrate to the end; see `run`."""
         step = self._watched(on_step, on_checkpoint)
         try:
@@ -223,22 +224,21 @@ class _Run:
         self.solving += now - self._since
         return now
 
-    def _watched(
-        self, on_step: "Callable[[float], Any]", on_checkpoint: "Callable[[Record], Any] | None"
-    ) -> "Callable[[float], Any]":
-        """Return an `on_step` that also looks at the memory, and writes checkpoints.
+    def _watched(self, on_step: OnStep, on_checkpoint: OnCheckpoint | None) -> OnStep:
+        """Return an `on_step` that also writes checkpoints.
 
         They are due every `output.checkpoint` seconds, and take at most a twentieth of the time.
         """
-        watch, interval = MemoryWatch(), self.scenario.output.checkpoint
-        interval = CHECKPOINT_INTERVAL if interval is None else interval or inf
-        due = inf if on_checkpoint is None else perf_counter() + interval
+        interval = self.scenario.output.checkpoint
+        if on_checkpoint is None or interval == 0.0:
+            return on_step
+        interval = interval or CHECKPOINT_INTERVAL
+        due = perf_counter() + interval
 
         def watched(t: float) -> None:
             nonlocal due
             on_step(t)
-            watch.look(t)
-            if on_checkpoint is not None and perf_counter() >= due:
+            if perf_counter() >= due:
                 began = self._pause()  # do not count the writing of the checkpoint
                 reason = f"checkpoint at t = {t:.9g} s"
                 record = self.record(_Termination("interrupted", reason, resumable=True))

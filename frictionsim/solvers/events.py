@@ -14,10 +14,11 @@ from typing import Any, NamedTuple
 
 from frictionsim.errors import Chattering
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
-from frictionsim.solvers.loop import Loop, State, sign, smooth_step
+from frictionsim.solvers.loop import Loop, State, may_dip, sign, smooth_step
 from frictionsim.solvers.modes import KEEPS, REFINDS, Modes, consistent, holds
 from frictionsim.solvers.rkf45 import Step
 from frictionsim.solvers.roots import bracket_root
+from frictionsim.solvers.system import STOP
 
 # Parts of a step at which margins are looked at; near its ends for the sign of their slopes.
 PLACES = (0.0, 1e-3, 1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1.0 - 1e-3, 1.0)
@@ -34,7 +35,6 @@ CHATTERING_EVENTS, CHATTERING_WINDOW = 100, 1e-6
 # ignored: rounding would give the body as much speed as an impact takes.
 HIDDEN_ULPS = 16.0
 MAX_IMPACTS = 100  # of ropes that become taut at one time: each leaves less of what is to close
-STOP = "stop"  # name of the event
 LEAVES_STOP = (
     2  # instead of the direction in which a stop is hit: a body without friction leaves it
 )
@@ -134,14 +134,9 @@ class Events(Loop):
 
         The zero at the start of a motion does not count.
         """
-        t_old, t = step.t_old, step.t
-        v_old, v, a_old, a = s * step.y_old[c], s * step.y[c], s * step.k_old[c], s * step.k[c]
-        # It is above its tangents at both ends, hence above their intersection. What moves from
-        # rest may be slowed down at first by the roundoff of the limit at which it gave way.
-        if v > 0.0 and (
-            not (v_old > 0.0 and a_old < 0.0 < a)
-            or v_old + a_old * (v - v_old - a * (t - t_old)) / (a_old - a) > 0.0
-        ):
+        # What moves from rest may be slowed down at first by the roundoff of the limit at which it
+        # gave way.
+        if s * step.y[c] > 0.0 and not may_dip(step, c, s):
             return inf
         return self._located_zero(step, modes, c, s)
 
@@ -192,8 +187,8 @@ class Events(Loop):
         rest a margin is monotone up to where it may first be used up; in a step it may be used up
         and restored.
         """
-        places = (0.0, 1.0) if at_rest else PLACES
         first: dict[int, Change] = {}
+        places = (0.0, 1.0) if at_rest else PLACES
         times = [*[step.t_old + x * (step.t - step.t_old) for x in places[:-1]], step.t]
         states = [step.y_old, *[step.near(x) for x in places[1:-1]], step.y]
         margins = [self.system.margins(t, y, modes) for t, y in zip(times, states, strict=True)]

@@ -27,9 +27,10 @@ from typing import Any
 from frictionsim.errors import Chattering
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
-from frictionsim.solvers.loop import Loop, State, sign, smooth_step
+from frictionsim.solvers.loop import Loop, State, may_dip, sign, smooth_step
 from frictionsim.solvers.rkf45 import Tolerances
 from frictionsim.solvers.roots import bracket_root
+from frictionsim.solvers.system import OneCoordinate
 
 # A step across a jump of the friction is accepted at so many units in the last place of the time:
 # its error is of the order of the roundoff.
@@ -41,19 +42,13 @@ STEPS, STEPS_WITHIN = 1000, 1e-6
 
 
 class Law(Loop):
-    """A friction law in the right-hand side.
+    """A friction law in the right-hand side, which replaces the dry friction of the system."""
 
-    Parameters
-    ----------
-    system : OneCoordinate
-        Its dry friction is replaced by that of the law.
-    others
-        As of `Loop`.
-    """
+    system: OneCoordinate
 
-    def __init__(self, system: Any, *others: Any) -> None:
+    def __init__(self, system: OneCoordinate, *others: Any) -> None:
         super().__init__(system, *others)
-        self.contact = system.friction
+        self.contact: Any = system.friction
         system.use_friction(self.friction)
         self.state = self.state._replace(modes=[self.mode_at_start(system.start[1])])
 
@@ -74,20 +69,19 @@ class Law(Loop):
 
     def segment_until(self, t: float, y: list[float], mode: int) -> float:
         """Return until when the next steps are smooth, s."""
-        until: float = self.system.smooth_until(t, y, self.end)
-        return until
+        return self.system.smooth_until(t, y, self.end)
 
     def begun(self, state: State) -> State:
         if state.t < state.segment or state.t >= self.end:
             return state
         if not state.step.y:
-            state = self.at_start(self.started(state, state.y, state.modes[0]))
+            state = self.started(state, state.y, self.first_mode(state))
         segment = self.segment_until(state.t, state.y, state.modes[0])
         return state._replace(segment=segment)
 
-    def at_start(self, state: State) -> State:
-        """Return the state at the start of the run in the mode that begins there."""
-        return state
+    def first_mode(self, state: State) -> int:
+        """Return the mode that begins at the start of the run; record a breakaway there."""
+        return state.modes[0]
 
     def started(self, state: State, y: list[float], mode: int) -> State:
         """Return a state whose integrator begins anew in a mode."""
@@ -95,26 +89,22 @@ class Law(Loop):
         return state._replace(y=y, modes=[mode], step=step)
 
     def record_change(
-        self,
-        t: float,
-        modes: tuple[int, int],
-        y: list[float],
-        after: list[float],
-        held: float = inf,
+        self, t: float, modes: tuple[int, int], *sides: list[float], held: float = inf
     ) -> None:
         """Record a change of mode with the states on both sides of it.
 
         `held` is the last time in the mode before, s, one rounding earlier if the drive jumps.
         """
+        y, after = sides
         before_it = [t, *self.recording.row(min(held, t), y, [modes[0]])[1:]]
-        sides = [before_it, self.recording.row(t, after, [modes[1]])]
-        self.recording.event(t, self.contact.name, modes, after[0], sides)
+        rows = [before_it, self.recording.row(t, after, [modes[1]])]
+        self.recording.event(t, self.contact.name, modes, after[0], rows)
 
 
 class SetValued(Law):
     """Exact sticking; the mode is the direction of sliding, or STICK."""
 
-    def __init__(self, system: Any, tolerances: Tolerances, *others: Any) -> None:
+    def __init__(self, system: OneCoordinate, tolerances: Tolerances, *others: Any) -> None:
         super().__init__(system, tolerances._replace(jump_ulps=JUMP_ULPS), *others)
 
     def friction(self, u: Any, q: float, v: float, s: int, applied: float) -> float:
@@ -145,16 +135,16 @@ class SetValued(Law):
     def segment_until(self, t: float, y: list[float], mode: int) -> float:
         # At rest no breakaway is missed within a step.
         of = self.system.rests_until if mode == STICK else self.system.smooth_until
-        until: float = of(t, y, self.end)
-        return until
+        return of(t, y, self.end)
 
-    def at_start(self, state: State) -> State:
-        mode = self.mode_from_rest(0.0, state.y) if state.modes == [STICK] else STICK
-        if mode == STICK:
-            return state
-        row = self.recording.row(0.0, state.y, [mode])
-        self.recording.event(0.0, self.contact.name, (STICK, mode), state.y[0], [row, row])
-        return self.started(state, state.y, mode)
+    def first_mode(self, state: State) -> int:
+        if state.modes != [STICK]:
+            return state.modes[0]
+        mode = self.mode_from_rest(0.0, state.y)
+        if mode != STICK:
+            row = self.recording.row(0.0, state.y, [mode])
+            self.recording.event(0.0, self.contact.name, (STICK, mode), state.y[0], [row, row])
+        return mode
 
     def step(self, state: State) -> tuple[Any, Any]:
         step, crossed = super().step(state)
@@ -174,7 +164,7 @@ class SetValued(Law):
             after = self.mode_from_rest(state.t, state.y) or sign(v)
             held, t = self._breakaway(step, after)
             rest = [step.y_old[0], 0.0, *step.y_old[2:]]
-            self.record_change(t, (mode, after), rest, rest, held)
+            self.record_change(t, (mode, after), rest, rest, held=held)
             # Displacement against the new direction is below the tolerance; discard it.
             q = step.y_old[0] if after * (state.y[0] - step.y_old[0]) < 0.0 else state.y[0]
         elif mode != STICK and mode * v <= 0.0:
@@ -198,8 +188,7 @@ class SetValued(Law):
         side, y, a, b = 0 if mode == FORWARD else 1, step.y_old, step.t_old, step.t
 
         def excess(t: float) -> float:
-            beyond: float = -self.system.margins(t, y, [STICK])[0][side]
-            return beyond
+            return -self.system.margins(t, y, [STICK])[0][side]
 
         if excess(a) > 0.0 or excess(b) <= 0.0:
             return a, a
@@ -209,8 +198,7 @@ class SetValued(Law):
     def _rest(self, step: Any, mode: int) -> float:
         """Return the time at which the velocity became zero in a step, s."""
         if mode * step.y_old[1] <= 0.0:
-            time: float = step.t_old
-            return time
+            return float(step.t_old)
         return bracket_root(
             lambda t: mode * step.at(self.system, [mode], t)[1], step.t_old, step.t
         )[1]
@@ -219,16 +207,12 @@ class SetValued(Law):
 def _time_of_possible_rest(step: Any, s: int) -> float:
     """Return when a step in direction s was slowest, s, if it may have been at rest; else inf.
 
-    While it slides in one direction, slower at first and faster at the end, the velocity stays
-    above its tangents at both ends. Where these meet below zero, the cubic through both ends has
-    its minimum about where the velocity has.
+    The cubic through both ends has its minimum about where the velocity has.
     """
-    v_old, v, a_old, a = s * step.y_old[1], s * step.y[1], s * step.k_old[1], s * step.k[1]
-    if s == STICK or not (v_old > 0.0 and v > 0.0 and a_old < 0.0 < a):
+    if not (s * step.y[1] > 0.0 and may_dip(step, 1, s)):
         return inf
     h = step.t - step.t_old
-    if v_old + a_old * (v - v_old - a * h) / (a_old - a) > 0.0:
-        return inf
+    v_old, v, a_old, a = s * step.y_old[1], s * step.y[1], s * step.k_old[1], s * step.k[1]
     # v_old + a_old x + c x^2 + d x^3 with x = t - t_old; its slope is zero once after a fall.
     c = (3.0 * (v - v_old) / h - 2.0 * a_old - a) / h
     d = (a_old + a - 2.0 * (v - v_old) / h) / (h * h)

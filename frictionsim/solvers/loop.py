@@ -23,6 +23,17 @@ def sign(x: float) -> int:
     return (x > 0.0) - (x < 0.0)
 
 
+def may_dip(step: Any, c: int, s: int) -> bool:
+    """Return whether number c of the state, of sign s at both ends of a step, may be zero within.
+
+    One that falls at first and rises at the end stays above the meeting of its tangents.
+    """
+    v_old, v, a_old, a = s * step.y_old[c], s * step.y[c], s * step.k_old[c], s * step.k[c]
+    if not (v_old > 0.0 and a_old < 0.0 < a):
+        return False
+    return not v_old + a_old * (v - v_old - a * (step.t - step.t_old)) / (a_old - a) > 0.0
+
+
 class State(NamedTuple):
     """All that a run needs to continue.
 
@@ -65,7 +76,6 @@ class Loop:
     Parameters
     ----------
     system : System
-        The equations of motion, `frictionsim.solvers.system`.
     tolerances : Tolerances
     recording : Recording
         Takes samples and events.
@@ -75,8 +85,6 @@ class Loop:
 
     Attributes
     ----------
-    equations : System
-        What is integrated.
     state : State
         Complete between two turns: from the same state a run continues with the same bits.
     """
@@ -90,7 +98,6 @@ class Loop:
         first: Any = START,
     ) -> None:
         self.system, self.tolerances, self.recording, self.end = system, tolerances, recording, end
-        self.equations = system
         self.state = State(0.0, list(system.start), [], [], 0.0, 0, first, 0.0, 0, [])
 
     def begun(self, state: State) -> State:
@@ -99,7 +106,7 @@ class Loop:
 
     def step(self, state: State) -> tuple[Any, Any]:
         """Return the next step, and the surface that it ends at if that is an event."""
-        return smooth_step(self.equations, state.step, state.modes, state.segment, self.tolerances)
+        return smooth_step(self.system, state.step, state.modes, state.segment, self.tolerances)
 
     def ended(self, state: State, step: Any) -> State:
         """Return the state after a step, whose samples are taken: its mode may change."""
@@ -136,9 +143,9 @@ class Loop:
 
     def sampled(self, state: State, step: Any, end: float) -> int:
         """Record the samples before a time, s, within a step; return their number so far."""
-        equations, modes = self.equations, state.modes
+        system, modes = self.system, state.modes
         return self.recording.until(
-            end, state.samples, lambda t: self.row(t, step.at(equations, modes, t), modes)
+            end, state.samples, lambda t: self.row(t, step.at(system, modes, t), modes)
         )
 
     def record_crossing(self, crossed: tuple[str, list[float]], step: Any, modes: Modes) -> None:
@@ -185,12 +192,11 @@ def _cut(system: Any, step: Any, modes: Modes) -> tuple[Any, Any]:
     crossed = None
     for surface in system.surfaces:
         if surface.beyond(step, step.t, step.y) > 0.0:
-
-            def beyond(t: float, surface: Any = surface, step: Any = step) -> float:
-                number: float = surface.beyond(step, t, step.at(system, modes, t))
-                return number
-
-            before, after = bracket_root(beyond, step.t_old, step.t)
+            before, after = bracket_root(
+                lambda t, of=surface, step=step: of.beyond(step, t, step.at(system, modes, t)),
+                step.t_old,
+                step.t,
+            )
             crossed = (surface.event, step.at(system, modes, before))
             step = step.cut(system, modes, after)
     return step, crossed if crossed and crossed[0] else None

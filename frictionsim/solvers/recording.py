@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from math import floor, inf
 from typing import Any
 
-from frictionsim.results import Transition
+from frictionsim.results import STICK, Transition
 
 
 class SampleTimes:
@@ -16,8 +16,6 @@ class SampleTimes:
     count : int
         The number of samples so far.
     """
-
-    CHECKPOINT_FIELDS = ("count",)
 
     def __init__(self, duration: float, interval: float) -> None:
         self._interval, self._end, self._given, self.count = interval, duration, array("d"), 0
@@ -59,19 +57,25 @@ class Recording:
     ----------
     system : System
     duration, interval : float, s
+    at_events : bool
+        Events are samples, too: the side before a breakaway, else the side after the event. They
+        replace regular ones at their times, and of several at one time the last counts.
 
     Attributes
     ----------
     times : SampleTimes
     rows : array
-        Of the samples, one after the other.
+        Of the samples, one after the other. A law may locate an event before the last of them.
     transitions : list of Transition
     sides : array
         Two rows for each transition: immediately before and after it.
     """
 
-    def __init__(self, system: Any, duration: float, interval: float) -> None:
+    def __init__(
+        self, system: Any, duration: float, interval: float, at_events: bool = True
+    ) -> None:
         self._system, self.times = system, SampleTimes(duration, interval)
+        self._at_events, self._velocity = at_events, 1 + system.coordinates  # its place in a row
         self.rows, self.sides = array("d"), array("d")
         self.transitions: list[Transition] = []
 
@@ -86,15 +90,22 @@ class Recording:
         """
         t = self.times.at(number)
         while t < end:
-            new = row(t)
-            try:
-                self.rows.extend(new)
-            except BufferError:  # somebody still looks at what a checkpoint saw of them
-                self.rows = self.rows[:]
-                self.rows.extend(new)
+            self._add(row(t), is_event=False)
             number += 1
             t = self.times.at(number)
         return number
+
+    def _add(self, row: list[float], is_event: bool) -> None:
+        rows, width = self.rows, len(row)
+        if rows and rows[-width] == row[0]:
+            if is_event:
+                rows[-width:] = array("d", row)
+            return
+        try:
+            rows.extend(row)
+        except BufferError:  # somebody still looks at what a checkpoint saw of them
+            self.rows = rows[:]
+            self.rows.extend(row)
 
     def event(
         self,
@@ -106,5 +117,10 @@ class Recording:
     ) -> None:
         """Add an event, with the rows before and after it."""
         self.transitions.append(Transition(t, name, *modes, position))
-        for side in sides:
-            self.sides.extend(side)
+        before, after = sides
+        self.sides.extend(before)
+        self.sides.extend(after)
+        if self._at_events:
+            v = self._velocity
+            breaks_away = modes[0] == STICK and before[v] == after[v]
+            self._add(before if breaks_away else after, is_event=True)

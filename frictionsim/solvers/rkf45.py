@@ -1,24 +1,15 @@
 """The adaptive Runge-Kutta-Fehlberg method of order 4(5) for a few states, in lists of floats.
 
 A `Step` is a value: it is not changed, and the next one follows from it. With the settings of the
-run it is all that an integration needs to continue. Belts take the coefficients from here; their
-loops over arrays are in `belt_drive.rkf45`.
+run it is all that an integration needs to continue. Belts take the coefficients and the choice of
+steps from here; their loops over arrays are in `belt_drive.rkf45`.
 """
 
 from collections.abc import Callable
 from math import inf, isfinite, ulp
 from typing import Any, NamedTuple
 
-from frictionsim.errors import BudgetExceeded
-from frictionsim.solvers.stepper import (
-    MIN_ERROR_NORM,
-    STEP_END_TOLERANCE,
-    clipped_step,
-    next_step_size,
-    non_finite_error,
-    reduced_step,
-    step_underflow,
-)
+from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow
 
 # Fehlberg 1969 (NASA TR R-315), table III, formula 2: nodes, stages, order 5, error estimate.
 C2, C3, C4, C6 = 1 / 4, 3 / 8, 12 / 13, 1 / 2  # C5 = 1
@@ -29,11 +20,51 @@ A51, A52, A53, A54 = 439 / 216, -8.0, 3680 / 513, -845 / 4104
 A61, A62, A63, A64, A65 = -8 / 27, 2.0, -3544 / 2565, 1859 / 4104, -11 / 40
 B1, B3, B4, B5, B6 = 16 / 135, 6656 / 12825, 28561 / 56430, -9 / 50, 2 / 55
 E1, E3, E4, E5, E6 = 1 / 360, -128 / 4275, -2197 / 75240, 1 / 50, 2 / 55  # order 5 - order 4
+STAGES = (
+    *((C2, (A21,)), (C3, (A31, A32)), (C4, (A41, A42, A43))),
+    *((1.0, (A51, A52, A53, A54)), (C6, (A61, A62, A63, A64, A65))),
+)
+
+SAFETY = 0.9  # Hairer, Norsett, Wanner 1993, II.4
+MIN_FACTOR, MAX_FACTOR = 0.2, 5.0  # ibid.
+STEP_END_TOLERANCE = 1.0 - 1e-9  # merge a remainder shorter than 1e-9 h into the step
+# PI controller for an error estimate of order h^5: Gustafsson 1991, k_I = 0.3/5, k_P = 0.4/5.
+PI_ALPHA, PI_BETA = 0.7 / 5, 0.4 / 5
+MIN_ERROR_NORM = 1e-10  # replaces smaller errors in the controller
 
 MIN_TRIAL_STEP = 1e-100  # s, for the estimate of the first step
 # Units in the last place of the time: a step that is cut so short is not repeated.
 MIN_REPEATED_ULPS = 16.0
 UNLIMITED = 10**9  # steps
+
+
+def reduced_step(h: float, error: float) -> float:
+    """Return the length of the next trial after a step of length h with an error above 1."""
+    return h * max(MIN_FACTOR, SAFETY * error**-0.2)
+
+
+def clipped_step(h: float, left: float) -> float:
+    """Return the length of the next step, at most `left`, s."""
+    if h >= left * STEP_END_TOLERANCE:
+        return left
+    if h > 0.5 * left:
+        return 0.5 * left  # two equal steps instead of a long one and a short one
+    return h
+
+
+def next_step_size(
+    h: float, planned: float, error: float, error_old: float, rejected_here: bool, max_step: float
+) -> float:
+    """Return the length of the step after one of length h that was planned otherwise, s.
+
+    Errors, of this step and of the one before, are relative to what is allowed; `rejected_here`
+    says that a longer step was tried first.
+    """
+    growth = SAFETY * error**-PI_ALPHA * error_old**PI_BETA
+    length = h * min(max(growth, MIN_FACTOR), 1.0 if rejected_here else MAX_FACTOR)
+    # The error of a shortened step is not representative: keep the planned length.
+    kept = planned if not rejected_here and h < planned else 0.0
+    return min(max(length, kept), max_step)
 
 
 class Tolerances(NamedTuple):
@@ -228,6 +259,22 @@ STIFF = " (unless a short time constant, such as inertia over damping, limits th
 START = Step(0.0, [], [], 0.0, [], [], 0.0, 1.0, 0, 0, 0)
 
 
+def non_finite_error(t: float, what: str) -> NonFinite:
+    """Return the error for a non-finite state after t, s; `what` is the subject."""
+    return NonFinite(
+        f"the state of {what} is not finite after t = {t:.9g} s; check the scenario for forces or"
+        " coefficients that are too large"
+    )
+
+
+def step_underflow(t: float, h: float, what: str) -> StepUnderflow:
+    """Return the error for a required step h, s, at t, s, below the resolution of the time."""
+    return StepUnderflow(
+        f"at t = {t:.9g} s the tolerances require a step of {h:.2g} s for {what}, below the"
+        " resolution of double precision; give a larger solver.rtol or atol"
+    )
+
+
 def in_range(turn: Callable[[Any], Any], state: Any, tol: Tolerances) -> Any:
     """Return the state after a turn; a function of `math` without a value ends the run by name."""
     try:
@@ -267,33 +314,14 @@ def _stages(
     """
     if system.coordinates == 1:
         return _stages_of_one(system.rates, modes, t, y, k1, h)
-    rates, motion = system.rates, y[: 2 * system.coordinates]
-    a1 = h * A21
-    k2 = rates(t + C2 * h, [x + a1 * a for x, a in zip(motion, k1)], modes)
-    a1, a2 = h * A31, h * A32
-    k3 = rates(t + C3 * h, [x + a1 * a + a2 * b for x, a, b in zip(motion, k1, k2)], modes)
-    a1, a2, a3 = h * A41, h * A42, h * A43
-    k4 = rates(
-        t + C4 * h,
-        [x + a1 * a + a2 * b + a3 * c for x, a, b, c in zip(motion, k1, k2, k3)],
-        modes,
-    )
-    a1, a2, a3, a4 = h * A51, h * A52, h * A53, h * A54
-    k5 = rates(
-        t + h,
-        [x + a1 * a + a2 * b + a3 * c + a4 * d for x, a, b, c, d in zip(motion, k1, k2, k3, k4)],
-        modes,
-    )
-    a1, a2, a3, a4, a5 = h * A61, h * A62, h * A63, h * A64, h * A65
-    k6 = rates(
-        t + C6 * h,
-        [
-            x + a1 * a + a2 * b + a3 * c + a4 * d + a5 * e
-            for x, a, b, c, d, e in zip(motion, k1, k2, k3, k4, k5)
-        ],
-        modes,
-    )
-    return k3, k4, k5, k6
+    k = [k1]
+    for node, weights in STAGES:
+        at = y[: 2 * system.coordinates]
+        for weight, slopes in zip(weights, k):
+            a = h * weight
+            at = [x + a * slope for x, slope in zip(at, slopes)]
+        k.append(system.rates(t + node * h, at, modes))
+    return k[2], k[3], k[4], k[5]
 
 
 def _stages_of_one(
@@ -309,10 +337,7 @@ def _stages_of_one(
     motion = [q + a * q1 + b * q2 + c * q3, v + a * v1 + b * v2 + c * v3]
     k4 = rates(t + C4 * h, motion, modes)
     q4, v4, a, b, c, d = k4[0], k4[1], h * A51, h * A52, h * A53, h * A54
-    motion = [
-        q + a * q1 + b * q2 + c * q3 + d * q4,
-        v + a * v1 + b * v2 + c * v3 + d * v4,
-    ]
+    motion = [q + a * q1 + b * q2 + c * q3 + d * q4, v + a * v1 + b * v2 + c * v3 + d * v4]
     k5 = rates(t + h, motion, modes)
     q5, v5, a, b, c, d, e = k5[0], k5[1], h * A61, h * A62, h * A63, h * A64, h * A65
     motion = [

@@ -2,16 +2,13 @@
 
 `System` is the contract between mechanisms and solvers, for any number of coordinates and contacts.
 `OneCoordinate` fulfils it for a mechanism of one coordinate q, rad, of velocity v, rad/s, as a sum
-of terms. Each term says what its torque is and where its energy goes, so that no author can forget
-a power. An effect that a scenario lacks is no term.
+of terms, each with its torque and where its energy goes. An effect that a scenario lacks is none.
 
     inertia dv/dt = sum of the torques + T,    u = acting(t, q, v)
 
 u is what acts on the mechanism at an instant, evaluated once for all terms: a force, or the sums of
 several. T is the dry friction of the contact: while it sticks, v = 0, it balances the torques up to
 its static limit; while it slides in direction s, T = -s times its kinetic limit.
-
-All functions take and return floats.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,8 +21,10 @@ from frictionsim.solvers.roots import bracket_root
 
 Acting = Any  # what acts on a mechanism at an instant
 DryFriction = Callable[[Any, float, float, int, float], float]
+Margins = tuple[float, float, float]
 INPUT, IMPACT, FRICTION = "energy_input", "energy_impact", "energy_friction"
 EQUATION = "the equation of motion of this kind of mechanism, which its author has to mend"
+STOP = "stop"  # name of the event at an end stop
 MARGINS = ("margin_forward", "margin_backward", "margin_roundoff")
 
 
@@ -41,9 +40,7 @@ class Term(NamedTuple):
         The energy that its work goes into: `energy_input` of a drive, whose work is counted as it
         is done on the mechanism; a heat, such as `energy_damping`, of what takes it out.
     potential : callable or None
-        Of q, J, of a torque that is its negative slope; `energy` is empty then.
-
-    Each term has one of both, so that none loses its work.
+        Of q, J, of a torque that is its negative slope; `energy` is empty then, and only then.
     """
 
     torque: Callable[[Any, float, float], float] | float
@@ -82,7 +79,7 @@ class Friction(NamedTuple):
 
     name: str
     static: Callable[[Any, float], float]
-    kinetic: Callable[[Any, float, float, int, float], float]
+    kinetic: DryFriction
     roundoff: Callable[[Any, float], float]
     law: str = "set-valued"
     transition_speed: float = TRANSITION_SPEED
@@ -125,12 +122,6 @@ class EndStops(NamedTuple):
         is_struck = side * v > 0.0 or q > self.highest or q < self.lowest
         return side if is_struck else STICK
 
-    def excess(self, q: Any) -> Any:
-        """Return how far positions, (n,), are beyond the stops, rad; negative between them."""
-        import numpy as np
-
-        return np.maximum(q - self.highest, self.lowest - q)
-
 
 class Contact(NamedTuple):
     """A contact of a system; its coordinate is its slip, of a rope its gap, zero while taut."""
@@ -141,12 +132,11 @@ class Contact(NamedTuple):
 
 
 class System(Protocol):
-    """What the event-driven solver integrates.
+    """What the event-driven solver integrates, in floats and SI units.
 
-    The state y has n positions, their velocities, and the energies that are integrated, in SI
-    units; rates do not depend on the energies. Modes are those of the contacts: FORWARD, STICK
-    and BACKWARD of dry friction, TAUT and SLACK of a rope, from `frictionsim.results`. `impact` is
-    of ropes, `rests_on_stop` and `departure` are of end stops.
+    The state y has n positions, their velocities, and the energies that are integrated, on which
+    rates do not depend. Modes are those of the contacts: FORWARD, STICK and BACKWARD of dry
+    friction, TAUT and SLACK of a rope, from `frictionsim.results`.
 
     Attributes
     ----------
@@ -174,9 +164,7 @@ class System(Protocol):
     def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         """Return dy/dt in the modes of the contacts; exactly zero for a velocity that is held."""
 
-    def margins(
-        self, t: float, y: list[float], modes: list[int]
-    ) -> list[tuple[float, float, float]]:
+    def margins(self, t: float, y: list[float], modes: list[int]) -> list[Margins]:
         """Return of each contact the margins of its force and their roundoff, while it holds.
 
         Of friction the margins forward and backward, limit -+ force; of a rope its tension, and a
@@ -184,29 +172,29 @@ class System(Protocol):
         """
 
     def recorded(self, t: float, y: list[float], modes: list[int]) -> list[float]:
-        """Return what is recorded with a sample beside the state and the modes, floats."""
+        """Return what is recorded with a sample beside the state and the modes."""
 
     def smooth_until(self, t: float, y: list[float], end: float) -> float:
-        """Return a time after t, s, at most the end, up to which the equations are smooth in t."""
+        """Return a time after t, at most the end, up to which the equations are smooth in t."""
 
     def rests_until(self, t: float, y: list[float], end: float) -> float:
-        """Return a time after t, s, at most the end, up to which margins at rest are monotone.
+        """Return a time after t, at most the end, up to which margins at rest are monotone.
 
         Or, while all contacts hold, one such that each gives way at most once up to it, and that
         does not hold at it if it does.
         """
 
-    def impact(self, i: int, y: list[float], modes: list[int]) -> list[float]:
-        """Return the state after the impact in which rope i becomes taut."""
-
     def kinetic_and_supplied(self, y: list[float]) -> tuple[float, float]:
         """Return the kinetic energy, and what the mechanism had at the start and was given, J."""
+
+    def impact(self, i: int, y: list[float], modes: list[int]) -> list[float]:
+        """Return the state after the impact in which rope i becomes taut."""
 
     def rests_on_stop(self, t: float, y: list[float]) -> bool:
         """Return whether a body without contacts is pressed to an end stop at rest."""
 
     def departure(self, t: float, y: list[float], end: float) -> tuple[float, bool]:
-        """Return until when such a body rests, s, at most the end, and whether it leaves then."""
+        """Return until when such a body rests, at most the end, and whether it leaves then."""
 
 
 class OneCoordinate:
@@ -221,7 +209,7 @@ class OneCoordinate:
         Of (t, q, v); None if the drive acts as it is, u = drive(t).
     inertia : float, kg m^2
     terms : sequence of Term
-        One of them has the energy `INPUT`, of the drive.
+        One of them has the energy `INPUT`, of the drive; no two heats have one name.
     friction : Friction or None
     start : (float, float), rad and rad/s
     breaks : sequence of float
@@ -234,9 +222,8 @@ class OneCoordinate:
     first_departure : callable or None
         The same of a body without dry friction that rests on a stop in q, and leaves it where the
         torque points away from the stop.
-    surfaces : tuple
+    surfaces, stops
         As of `System`.
-    stops : EndStops or None
     channels : tuple of str
         Names of the further numbers of a sample.
     recorded : callable
@@ -248,12 +235,13 @@ class OneCoordinate:
         The names of the numbers of a sample: of the state, of what is recorded, of the mode.
     energies : tuple of str
         The names of the energies that are integrated.
+    torques : list of callable
+        Of the terms, in their order.
 
     Raises
     ------
     InputError
-        If not exactly one term is that of the drive, a term does not say where its energy goes, or
-        two heats have one name.
+        If terms are not as above.
     """
 
     coordinates = 1
@@ -276,11 +264,10 @@ class OneCoordinate:
         recorded: Callable[[Acting, float, float, float], list[float]] = lambda u, q, v, a: [],
     ) -> None:
         self.drive, self.inertia, self.friction = drive, inertia, friction
-        self._acting = acting
-        self.breaks, self._first_excess = breaks, first_excess
+        self._acting, self._recorded, self.stops = acting, recorded, stops
+        self._breaks, self._first_excess = breaks, first_excess
         self._first_departure = first_departure
         self.surfaces = (*surfaces, *friction.surfaces) if friction else surfaces
-        self.stops, self._recorded = stops, recorded
         self.contacts = () if friction is None else (Contact(friction.name),)
         self.energies = _energies_of(terms, stops is not None, friction is not None)
         self.start = [*start, *[0.0 for _ in self.energies]]
@@ -289,13 +276,13 @@ class OneCoordinate:
         self._heat_of_friction = [2 + i for i, name in enumerate(self.energies) if name == FRICTION]
         self._potentials = [term.potential for term in terms if term.potential]
         self._potential_at_start = self.potential(start[0])
-        storing = [term.torque for term in terms if term.potential]
-        self._constant = sum([torque for torque in storing if not callable(torque)])
-        self._varying = [torque for torque in storing if callable(torque)]
-        (self._driving,) = [_function(term.torque) for term in terms if term.energy == INPUT]
         self.torques = [_function(term.torque) for term in terms]
-        losing = [term.torque for term in terms if term.energy not in ("", INPUT)]
-        self._losing = [_function(torque) for torque in losing]
+        of_terms = list(zip(terms, self.torques, strict=True))
+        (self._driving,) = [torque for term, torque in of_terms if term.energy == INPUT]
+        self._losing = [torque for term, torque in of_terms if term.energy not in ("", INPUT)]
+        storing = [term.torque for term in terms if term.potential]
+        self._varying = [torque for torque in storing if callable(torque)]
+        self._constant = sum([torque for torque in storing if not callable(torque)])
         self._further = [*self._varying, *self._losing]
         self.use_friction(None)
         self.columns = (
@@ -311,7 +298,7 @@ class OneCoordinate:
         return self.drive(t) if self._acting is None else self._acting(t, q, v)
 
     def torque(self, u: Acting, q: float, v: float) -> float:
-        """Return the sum of all torques except dry friction, N m; of stops, too, for a body there.
+        """Return the sum of all torques except dry friction, N m.
 
         A stop takes the whole torque that presses a body at rest to it.
         """
@@ -370,9 +357,7 @@ class OneCoordinate:
     def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         raise NotImplementedError  # `use_friction` sets it
 
-    def margins(
-        self, t: float, y: list[float], modes: list[int]
-    ) -> list[tuple[float, float, float]]:
+    def margins(self, t: float, y: list[float], modes: list[int]) -> list[Margins]:
         return [self._margins_at_rest(self.acting(t, y[0], 0.0), y[0])]
 
     def dry_friction(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
@@ -382,7 +367,7 @@ class OneCoordinate:
         friction: Any = self.friction
         return -applied if s == STICK else -s * friction.kinetic(u, q, v, s, applied)
 
-    def _margins_at_rest(self, u: Acting, q: float) -> tuple[float, float, float]:
+    def _margins_at_rest(self, u: Acting, q: float) -> Margins:
         friction: Any = self.friction
         torque, limit = self.torque(u, q, 0.0), friction.static(u, q)
         return limit - torque, limit + torque, friction.roundoff(u, q)
@@ -400,7 +385,7 @@ class OneCoordinate:
         u: Acting,
         motion: tuple[float, float, float],
         friction: float,
-        margins: tuple[float, float, float] | None = None,
+        margins: Margins | None = None,
     ) -> list[float]:
         """Return what is recorded of an instant, with angle, velocity and acceleration.
 
@@ -424,14 +409,9 @@ class OneCoordinate:
         if self.friction is None:
             return min(end, drive.next_discontinuity(t))
         b = min(end, drive.next_extremum(t))
-        for critical in self.breaks:
+        for critical in self._breaks:
             if (drive(t) - critical) * (drive(b) - critical) < 0.0:
-
-                def beyond(at: float, critical: float = critical) -> float:
-                    value: float = drive(at) - critical
-                    return value
-
-                b = bracket_root(beyond, t, b)[1]
+                b = bracket_root(lambda at, to=critical: drive(at) - to, t, b)[1]  # type: ignore[misc]
         return b
 
     def rests_until(self, t: float, y: list[float], end: float) -> float:
@@ -447,10 +427,7 @@ class OneCoordinate:
 
     def potential(self, q: float) -> float:
         """Return the potential energy, J."""
-        energy = 0.0
-        for potential in self._potentials:
-            energy += potential(q)
-        return energy
+        return sum([potential(q) for potential in self._potentials], start=0.0)
 
     def kinetic_and_supplied(self, y: list[float]) -> tuple[float, float]:
         released = abs(self.potential(y[0]) - self._potential_at_start)
@@ -467,8 +444,7 @@ class OneCoordinate:
 
     def _away(self, t: float, q: float) -> float:
         """Return the torque away from the stop at which a body rests, N m."""
-        u = self.acting(t, q, 0.0)
-        torque = self.torque_between_stops(u, q, 0.0)
+        torque = self.torque_between_stops(self.acting(t, q, 0.0), q, 0.0)
         return -self.stops.side(q) * torque  # type: ignore[union-attr]
 
     def departure(self, t: float, y: list[float], end: float) -> tuple[float, bool]:

@@ -1,4 +1,4 @@
-"""Regenerates tables and pictures of `results/`, but hard.json and those of `validation.py`.
+"""Regenerates tables and pictures of `results/`, but those of `validation.py`.
 
 Run it as `python -m tests.benchmarks.results`, or with the names of some of its parts behind;
 it takes about half an hour, one process at a time.

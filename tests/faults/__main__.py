@@ -1,107 +1,105 @@
 """Set small faults into a copy of the package, one at a time, and see which tests notice them.
 
-    python -m tests.faults check                 every fault can still be set
-    python -m tests.faults run [-j N] [NAME...]  the first default tests that notice each fault
+    python -m tests.faults check                           every fault can still be set
+    python -m tests.faults run                             all tests that notice each fault
+    python -m tests.faults prove                           for some faults: that none is left out
+    python -m tests.faults again                           which faults are no longer noticed
+    python -m tests.faults draw --seed 1 --group belts     another fault, to be described
 
-`run` begins with the tests of the room that a fault is in, and ends at the first that fails. After
-each fault it writes results/who_notices.json. Killed, it goes on where it was; faults that are in
-that file are run again where they are named.
+`run` runs each file of default tests once without a fault, to see what it uses, and against each
+fault the files that can notice it. After each fault it writes results/who_notices.json: by fault,
+the test functions that fail with it and pass without it, and how many of their cases if several.
+Killed, it goes on where it was; rows of other sources are made anew, after those that lack. `prove`
+does so with all default tests for some faults, and says what `run` would have left out. `again`
+runs the files that noticed each fault, up to the first test that fails; `run --only` finds what
+notices it now.
 """
 
 import argparse
-import json
-import os
-import shutil
 import signal
-import subprocess
 import sys
-import tempfile
-from pathlib import Path
 
-from tests.faults.table import ROOT, Fault, faults, mistakes
+from tests.faults.drawing import as_toml, draw
+from tests.faults.table import GROUPS, Fault, faults, in_turns, mistakes
+from tests.faults.trial import Copy, Row, copy_of_sources, read_results, write_results
 
-RESULTS = ROOT / "results" / "who_notices.json"
-LIMIT = 2 * 3600.0  # s, of the tests of one fault: a run that hangs is noticed
-FOLDERS = {"belts": "tests/belt_drive", "solvers": "tests/solvers tests/mechanisms"}
+PROVEN, PROVEN_KERNELS = 12, 4
+KERNELS = tuple(f"/belt_drive/{name}.py" for name in ("kernels", "moreau", "rkf45"))
 
 
 def main() -> int:
     """Read the arguments and do what they say."""
     form = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser("python -m tests.faults", None, __doc__, formatter_class=form)
-    parser.add_argument("command", choices=("check", "run"))
-    parser.add_argument("names", nargs="*", metavar="NAME", help="these faults, also if done")
+    parser.add_argument("command", choices=("check", "run", "prove", "again", "draw"))
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="these faults, also if done")
     parser.add_argument("-j", type=int, default=1, help="processes beside each other")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--group", choices=GROUPS, default="elsewhere", help="where to draw from")
     given = parser.parse_args()
+    if given.command == "draw":
+        print(as_toml(draw(given.seed, given.group)))
+        return 0
     if wrong := mistakes():
         print("\n".join(wrong), file=sys.stderr)
         return 1
-    if unknown := set(given.names) - {fault.name for fault in faults()}:
+    if unknown := set(given.only or ()) - {fault.name for fault in faults()}:
         parser.error(f"no such fault: {', '.join(sorted(unknown))}")
-    return run(given.names, given.j) if given.command == "run" else 0
-
-
-def run(names: list[str], workers: int) -> int:
-    """Run the tests against faults; return 1 if one is not noticed."""
+    if given.command == "check":
+        return 0
+    chosen = [fault for fault in in_turns() if not given.only or fault.name in given.only]
+    commands = {"run": run, "prove": prove, "again": again}
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that tests at work end, too
-    known = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.exists() else {}
-    missed = 0
-    with tempfile.TemporaryDirectory(prefix="frictionsim-faults-") as folder:
-        tree = Path(folder) / "tree"
-        listed = ("git", "ls-files", "-z", "--cached", "--others", "--exclude-standard")
-        files = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-        for name in filter(lambda name: (ROOT / name).is_file(), files.split("\0")):
-            (tree / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(ROOT / name, tree / name)
-        for fault in faults():
-            if fault.name not in names and (names or fault.name in known):
-                continue
-            known[fault.name] = noticed(tree, fault, workers)
-            missed += not known[fault.name]
-            print(f"{fault.name}: {', '.join(known[fault.name]) or 'not noticed'}", flush=True)
-            ordered = {f.name: known[f.name] for f in faults() if f.name in known}
-            part = RESULTS.with_suffix(".part")
-            part.write_text(json.dumps(ordered, indent=1) + "\n", encoding="utf-8")
-            part.replace(RESULTS)
+    with copy_of_sources(given.j) as copy:
+        return commands[given.command](copy, chosen, bool(given.only))
+
+
+def run(copy: Copy, chosen: list[Fault], anew: bool) -> int:
+    """Make the rows of faults; first those that are not in the table."""
+    used, known = copy.used(), read_results()
+    for fault in sorted(chosen, key=lambda fault: fault.name in known):
+        if anew or known.get(fault.name, {}).get("state") != copy.state_with(fault):
+            row = copy.trial(fault, copy.can_notice(fault, used), used)
+            _keep(fault, row)
+            functions = sum(map(len, row["tests"].values())) or row.get("ended", "none")
+            print(
+                f"{fault.name}: {functions} in {row['files']} files, {row['seconds']} s", flush=True
+            )
+    return 0
+
+
+def _keep(fault: Fault, row: Row) -> None:
+    rows = read_results() | {fault.name: row}
+    write_results({fault.name: rows[fault.name] for fault in faults() if fault.name in rows})
+
+
+def prove(copy: Copy, chosen: list[Fault], anew: bool) -> int:
+    """Make the rows of some faults by all default tests: none fails that would be left out."""
+    used, known, wrong = copy.used(), read_results(), 0
+    kernels = [fault for fault in chosen if any(fault.file.endswith(name) for name in KERNELS)]
+    others = [fault for fault in chosen if fault not in kernels]
+    some = kernels[:PROVEN_KERNELS] + others[: PROVEN - PROVEN_KERNELS]
+    for fault in chosen if anew else some:
+        row = known.get(fault.name, {})
+        if anew or "left_out" not in row or row["state"] != copy.state_with(fault):
+            row = copy.trial(fault, copy.files, used)
+            row["left_out"] = sorted(set(row["tests"]) - set(copy.can_notice(fault, used)))
+            _keep(fault, row)
+        wrong += bool(row["left_out"])
+        print(f"{fault.name}: {', '.join(row['left_out']) or 'nothing'} left out", flush=True)
+    return 1 if wrong else 0
+
+
+def again(copy: Copy, chosen: list[Fault], anew: bool) -> int:
+    """Say which faults the files of tests of their rows notice no more."""
+    rows, missed = read_results(), 0
+    for fault in chosen:
+        noticing = rows[fault.name]["tests"] if fault.name in rows else {}
+        left = [file for file in noticing if file in copy.files]
+        if noticing and not (left and copy.trial(fault, left, {}, first=True)["tests"]):
+            missed += 1
+            print(f"{fault.name}: no longer noticed in {', '.join(noticing)}", flush=True)
     return 1 if missed else 0
-
-
-def noticed(tree: Path, fault: Fault, workers: int) -> list[str]:
-    """Return what fails first in a copy of the sources that has a fault."""
-    path = tree / fault.file
-    sound = path.read_bytes()
-    near = FOLDERS.get(fault.room, f"tests/{fault.room}").split()
-    path.write_text(fault.faulty(tree), encoding="utf-8")
-    try:
-        failed = _failing(tree, [name for name in near if (tree / name).is_dir()], workers)
-        return failed or _failing(tree, ["tests", "--ignore=tests/faults"], workers)
-    finally:
-        path.write_bytes(sound)
-
-
-def _failing(tree: Path, chosen: list[str], workers: int) -> list[str]:
-    if not chosen:
-        return []
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider"]
-    places = {"PYTHONPATH": str(tree), "XDG_CACHE_HOME": str(tree.parent / "cache")}
-    process = subprocess.Popen(
-        [*command, "-n", str(workers), *chosen],
-        cwd=tree,
-        env=os.environ | places,
-        stdout=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    try:
-        lines = process.communicate(timeout=LIMIT)[0].splitlines()
-    except subprocess.TimeoutExpired:
-        return [f"no end within {LIMIT:.0f} s"]
-    finally:
-        if process.poll() is None:  # with the processes that tests have started
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-    failed = [line.split()[1] for line in lines if line.startswith(("FAILED ", "ERROR "))]
-    return failed or ([f"pytest ends with {process.returncode}"] if process.returncode else [])
 
 
 if __name__ == "__main__":

@@ -1,8 +1,76 @@
 """The seeded faults can be set, so that who rewrites the package carries them on."""
 
-from tests.faults.table import faults, mistakes
+from pathlib import Path
+
+import pytest
+
+from tests.faults.drawing import draw
+from tests.faults.selection import can_notice
+from tests.faults.table import GROUPS, Fault, faults, in_turns, mistakes
 
 
 def test_every_seeded_fault_can_be_set() -> None:
     assert mistakes() == []
+
+
+def test_most_faults_are_drawn_and_all_groups_have_their_part_of_any_third() -> None:
     assert len(faults()) >= 120
+    assert 3 * sum(fault.origin.startswith("drawn") for fault in faults()) >= 2 * len(faults())
+    third = in_turns()[: len(faults()) // 3]
+    for group in GROUPS:
+        of_all = sum(fault.group == group for fault in faults())
+        assert of_all >= 30
+        assert abs(3 * sum(fault.group == group for fault in third) - of_all) <= 3
+
+
+TEXT = """import os
+
+def outer(a=1):
+    def inner():
+        return 2
+    return inner
+
+def other():
+    return 3
+"""
+
+
+ALL = ["imports", "outer", "inner", "forks", "reads", "unseen"]
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "noticing"),
+    [
+        ("frictionsim/io/a.py", "return 2", ["outer", "inner", "forks", "reads", "unseen"]),
+        ("frictionsim/io/a.py", "return 3", ["forks", "reads", "unseen"]),
+        ("frictionsim/io/a.py", "a=1", ALL),
+        ("frictionsim/solvers/a.py", "return 3", ALL),
+        ("frictionsim/io/page.js", "return 3", ALL),
+    ],
+)
+def test_what_can_notice_a_fault_is_never_too_little(
+    file: str, old: str, noticing: list[str], tmp_path: Path
+) -> None:
+    (tmp_path / file).parent.mkdir(parents=True)
+    (tmp_path / file).write_text(TEXT)
+    used = {
+        name: {"ran": {file: lines} if lines else {}, "read": read, "started": started}
+        for name, lines, read, started in [
+            ("nothing", [], [], []),
+            ("imports", [1], [], []),
+            ("outer", [1, 3], [], []),
+            ("inner", [1, 4], [], []),
+            ("forks", [1], [], ["fork"]),
+            ("reads", [], [file], []),
+            ("unseen", [], [], ["unseen"]),
+        ]
+    }
+    fault = Fault("", "", "", "", file, old, old.replace("return ", "return -") + "0")
+    assert can_notice(fault, used, tmp_path) == noticing
+
+
+@pytest.mark.slow
+def test_a_drawn_fault_can_be_set_and_is_the_same_again() -> None:
+    fault = draw(7, "belts")
+    assert fault == draw(7, "belts")
+    assert fault.old != fault.new

@@ -1,18 +1,14 @@
-"""Properties of random scenarios of the shaft mechanisms: audit, resuming, symmetry."""
+"""Random scenarios of one coordinate are sound, and begin later as they began before."""
 
 import tempfile
 from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.support.drawn_scenarios import (
-    assert_sound,
-    assert_splitting_changes_nothing,
-    scenarios,
-)
+from tests.support.drawn_scenarios import assert_sound, scenarios
 from tests.support.examples import examples
 from tests.support.scenarios import Scenario, simulate
 from tests.support.shaft_scenarios import delayed, shaft_scenario
@@ -55,28 +51,3 @@ def test_a_body_on_a_shaft_that_is_moved_later_moves_alike(
         assert two.time - seconds == pytest.approx(one.time, abs=1e-7)
     angle = done.channels["angle"][-1]
     assert other.channels["angle"][-1] == pytest.approx(angle, rel=1e-6, abs=1e-6)
-
-
-@pytest.mark.nightly
-def test_thousands_of_random_scenarios_are_sound(folder: Path, tally: dict[str, int]) -> None:
-    @settings(max_examples=3000)
-    @given(scenarios())
-    def all_of_them(data: Scenario) -> None:
-        ended = assert_sound(data, folder)
-        for name in ("random scenarios", f"random scenarios: {ended}"):
-            tally[name] = tally.get(name, 0) + 1
-
-    all_of_them()
-
-
-@pytest.mark.nightly
-def test_interrupting_hundreds_of_random_runs_changes_nothing(
-    folder: Path, tally: dict[str, int]
-) -> None:
-    @settings(max_examples=1000)
-    @given(scenarios(), st.floats(0.0, 1.0))
-    def all_of_them(data: Scenario, fraction: float) -> None:
-        assert_splitting_changes_nothing(data, fraction, folder)
-        tally["split runs"] = tally.get("split runs", 0) + 1
-
-    all_of_them()

@@ -65,19 +65,11 @@ def test_each_is_what_replace_returns_or_refuses(rows: list[tuple[Any, ...]]) ->
         assert outcome(make, values) == outcome(replaced, values)
 
 
-def test_the_first_may_be_refused() -> None:
-    make = Combinations(PULLEY, KEYS).scenario
-    for load in (1e60, 1e60, 100.0, 200.0, -1.0):
-        values = (load, *GOOD[1:])
-        assert outcome(make, values) == outcome(replaced, values)
-
-
 def test_scenarios_that_were_made_do_not_change_with_the_next() -> None:
     combinations = Combinations(PULLEY, KEYS)
     made = [combinations.scenario((2000.0 + i, 0.1, 3000.0 + i, 0.5)) for i in range(4)]
     values = [(scenario.mechanism.load, scenario.drive.force.value[1]) for scenario in made]
     assert values == [(2000.0 + i, 3000.0 + i) for i in range(4)]
-    assert combinations.base == PULLEY
 
 
 def test_files_are_looked_for_beside_the_scenario(tmp_path: Path) -> None:

@@ -1,11 +1,9 @@
-"""Warnings of runs whose results may mislead, over random scenarios.
+"""Warnings of runs whose results may mislead.
 
 Each rule is evaluated here from the scenario and the recorded channels alone.
 """
 
 import random
-import tomllib
-from functools import cache
 from itertools import pairwise
 from math import pi
 from typing import Any
@@ -15,16 +13,16 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.results import Record
-from tests.support.cases import one_in
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
-from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, simulate
+from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, shipped, simulate
 from tests.support.second_way_shafts import machine_at_rest
 
 SHORTER = "is longer than a tenth of the period of"
 STICK_SLIP = "of the shortest time between two changes of stick and slip"
+TURN = "is longer than a tenth of a turn"
 
 
-def warnings_with(source: Record | list[str], words: str) -> list[str]:
+def warnings_with(source: Any, words: str) -> list[str]:
     warnings = source if isinstance(source, list) else source.warnings
     return [warning for warning in warnings if words in warning]
 
@@ -37,7 +35,7 @@ def too_long_intervals(data: Scenario) -> list[str]:
     return warnings_with(fs.load(data, folder=SCENARIOS).warnings(), SHORTER)
 
 
-# --- samples ---------------------------------------------------------------------------------
+# --- samples --------------------------------------------------------------------------------------
 
 
 def drawn_signal(rng: random.Random) -> tuple[Any, float | None]:
@@ -56,7 +54,7 @@ def drawn_signal(rng: random.Random) -> tuple[Any, float | None]:
     return {"time": times, "value": values}, min(pulses + apart, default=None)
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", range(20))
 def test_warns_of_an_interval_too_long_for_the_signal(seed: int) -> None:
     rng = random.Random(seed)
     force, period = drawn_signal(rng)
@@ -76,47 +74,46 @@ def test_period_of_a_table_with_plateaus() -> None:
     times = (0.5, 1.0, 1.5, 2.0, 2.2, 2.7)
     table = {"time": times, "value": (0.0, 1.0, 1.0, 0.0, 0.0, 1.0)}
 
-    def period(force: Any, duration: float) -> float | None:
+    def period(duration: float) -> float | None:
         """Return the period that is told of; None where an interval of a run is not too long."""
-        data = pulley(drive__force=force, solver__duration=duration, output__interval=duration)
+        data = pulley(drive__force=table, solver__duration=duration, output__interval=duration)
         warnings = too_long_intervals(data)
         return number_after(warnings[0], "drive.force, ") if warnings else None
 
     # It falls and rises from 1.5 to 2.7 s, which is shorter than twice the 0.85 s between them.
-    assert period(table, 10.0) == pytest.approx(1.2, rel=1e-12)
-    assert period(table, 2.0) == pytest.approx(1.5, rel=1e-12)
-    assert period(table, 1.2) is None
-    assert period(5.0, 10.0) is None
+    assert period(10.0) == pytest.approx(1.2, rel=1e-12)
+    assert period(2.0) == pytest.approx(1.5, rel=1e-12)
+    assert period(1.2) is None
 
 
-@pytest.mark.parametrize(
-    ("seed", "backend"),
-    one_in(5, [*((seed, "events") for seed in range(15)), *((seed, "rkf45") for seed in range(4))]),
-)
+@pytest.mark.parametrize(("seed", "backend"), [(0, "events"), (5, "events"), (1, "rkf45")])
 def test_warns_of_an_interval_too_long_for_stick_slip(seed: int, backend: str) -> None:
     rng = random.Random(seed)
     hz = 10.0 ** rng.uniform(-0.3, 1.0)
     force = {"sine": {"mean": LOAD, "amplitude": rng.uniform(300.0, 900.0), "frequency_hz": hz}}
+    data = pulley(drive__force=force, solver={"backend": backend, "duration": 4.0, "rtol": 1e-8})
+    times = np.unique([e.time for e in simulate(data).transitions if e.mode_from != e.mode_to])
+    gaps = np.diff(times)
+    shortest = gaps[gaps > 1e-14].min()
+    for share, due in ((0.09, False), (0.2, True)):
+        record = simulate(changed(data, output__interval=share * shortest))
+        warnings = warnings_with(record, STICK_SLIP)
+        assert bool(warnings) is due
+        if due:
+            assert number_after(warnings[0], "slip, ") == pytest.approx(shortest, rel=1e-5)
+
+
+def test_regularised_friction_gets_no_stick_slip_warning() -> None:
     data = pulley(
-        drive__force=force,
-        solver={"backend": backend, "duration": 4.0, "rtol": 1e-8},
-        output__interval=10.0 ** rng.uniform(-4.0, -1.5),
+        drive__force={"sine": {"mean": LOAD, "amplitude": 900.0, "frequency_hz": 2.0}},
+        effects__shaft_friction__law="regularised",
+        solver={"backend": "radau", "duration": 1.0, "rtol": 1e-6},
     )
     record = simulate(data)
-    times = np.unique([e.time for e in record.transitions if e.mode_from != e.mode_to])
-    gaps = np.diff(times)
-    gaps = gaps[gaps > 1e-14]
-    due = bool(gaps.size > 0 and data["output"]["interval"] > 0.1 * gaps.min())
-    warnings = warnings_with(record, STICK_SLIP)
-    assert bool(warnings) is due
-    if warnings:
-        assert number_after(warnings[0], "slip, ") == pytest.approx(gaps.min(), rel=1e-5)
-        if "give" in warnings[0]:
-            better = number_after(warnings[0], "; give ")
-            assert not warnings_with(simulate(changed(data, output__interval=better)), STICK_SLIP)
+    assert len(record.transitions) > 4
+    assert not warnings_with(record, STICK_SLIP)
 
 
-TURN = "is longer than a tenth of a turn"
 WEIGHT = {"name": "w", "size": 10.0, "direction": [0.0, -1.0]}
 ECCENTRIC = {"mass": 1.0, "radius": 0.05, "azimuth_deg": 30.0}
 CONSTANT = {"name": "c", "size": -0.1}
@@ -161,24 +158,64 @@ def test_warns_of_an_interval_too_long_for_loads_that_turn(
     assert not warnings_with(simulate(changed(data, output__interval=0.015)), TURN)
 
 
-def test_regularised_friction_gets_no_stick_slip_warning() -> None:
-    data = pulley(
-        drive__force={"sine": {"mean": LOAD, "amplitude": 900.0, "frequency_hz": 2.0}},
-        effects__shaft_friction__law="regularised",
-        solver={"backend": "radau", "duration": 1.0, "rtol": 1e-6},
-    )
-    record = simulate(data)
-    assert len(record.transitions) > 4
-    assert not warnings_with(record, STICK_SLIP)
+GEAR = {
+    "kind": "epicyclic",
+    "mechanism": {"sun_radius": 0.12, "planet_radius": 0.03, "crank_mass": 0.5, "planet_mass": 0.3},
+    "solver": {"duration": 5.0},
+}
 
 
-# --- nothing moves ------------------------------------------------------------------------------
+def turning(kind: str, speed: float) -> Scenario:
+    """Return a mechanism that turns at a speed, of a belt the larger of its two pulleys."""
+    if kind == "gear":
+        return changed(GEAR, drive={"speed": speed})
+    if kind == "machine":
+        start = {"mechanism__initial_angular_velocity": speed}
+        return shipped("marble_machine", solver__duration=0.5, **start)
+    pulleys = [
+        {"name": "a", "center": [0.0, 0.0], "radius": 0.05, "inertia": 1e-3},
+        {"name": "b", "center": [0.4, 0.0], "radius": 0.02, "inertia": 1e-3},
+    ]
+    belt = {"bodies": 30, "mass_per_length": 0.1, "axial_rigidity": 1e4, "pretension": 300.0}
+    return {
+        "kind": "belt_drive",
+        "mechanism": {"belt": belt, "pulleys": pulleys},
+        "drive": {"a": {"speed": speed}},
+        "effects": {
+            "belt_friction": {"mu_s": 0.3, "mu_k": 0.3},
+            "axial_damping": {"coefficient": 5.0},
+        },
+        "solver": {"duration": 0.1, "backend": "moreau"},
+    }
+
+
+# The smaller pulley turns faster, and overshoots by a third at the start.
+@pytest.mark.parametrize(
+    ("kind", "speed", "ratio"),
+    [("gear", -40.0, 1.0), ("gear", 0.5, 1.0), ("machine", 60.0, 1.0), ("belt", -200.0, 2.5)],
+)
+def test_more_than_a_tenth_of_a_turn_between_samples_is_warned_of(
+    kind: str, speed: float, ratio: float
+) -> None:
+    tenth = 0.1 * 2.0 * pi / abs(ratio * speed)
+    for share, count in ((1.1, 1), (0.6, 0)):
+        record = simulate(changed(turning(kind, speed), output__interval=share * tenth))
+        assert len(warnings_with(record, TURN)) == count
+
+
+def test_what_stays_within_a_tenth_of_a_turn_is_resolved() -> None:
+    for speed, count in ((0.12, 0), (0.13, 1)):
+        record = simulate(changed(turning("gear", speed), output__interval=5.0))
+        assert len(warnings_with(record, TURN)) == count
+
+
+# --- nothing moves --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("law", "backend"), [("set-valued", "events"), ("set-valued", "rkf45"), ("published", "rkf45")]
 )
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(3))
 def test_warns_if_nothing_moves_with_the_ratio_to_the_static_limit(
     seed: int, law: str, backend: str
 ) -> None:
@@ -215,9 +252,15 @@ def test_the_ratio_to_the_static_limit_includes_peaks_between_samples() -> None:
     assert number_after(warning, "torque is ") == pytest.approx(ratio, rel=1e-9)
 
 
-# --- the marble machine -------------------------------------------------------------------------
+# --- the marble machine and the gear --------------------------------------------------------------
 
-MACHINE = next(c["scenario"] for c in cases("marble_machine") if c["name"] == "constant_lift")
+MACHINE = changed(
+    next(c["scenario"] for c in cases("marble_machine") if c["name"] == "constant_lift"),
+    effects__shaft_friction={"shaft_radius": 0.003, "mu_s": 0.5, "mu_k": 0.4},
+    effects__viscous_damping={"coefficient": 2e-4},
+    solver={"duration": 1.5, "rtol": 1e-7},
+    output={"interval": 0.01},
+)
 
 
 def needed(data: Scenario) -> float:
@@ -226,85 +269,43 @@ def needed(data: Scenario) -> float:
     return float(machine_at_rest(scenario)["torque_to_lift_worst"].value or 0.0)
 
 
-def drawn_machine(seed: int) -> tuple[Scenario, float]:
-    """Return a machine with a strong or weak drive, and the smallest torque that lifts."""
-    rng = random.Random(seed)
-    stalls = seed % 5 == 0  # while it moves, held by friction
-    mu = rng.uniform(0.5, 0.6) if stalls else rng.uniform(0.05, 0.6)
-    data = changed(
-        MACHINE,
-        effects__shaft_friction={"shaft_radius": 0.003, "mu_s": mu, "mu_k": mu * rng.random()},
-        effects__viscous_damping={"coefficient": 2e-4},
-        mechanism__initial_angle_deg=rng.uniform(-90.0, 90.0),
-        mechanism__initial_angular_velocity=2.0 if stalls else rng.choice([0.0, 3.0, -3.0]),
-        solver={"duration": 1.5, "rtol": 1e-7},
-        output={"interval": 0.01},
-    )
-    if not stalls and rng.random() < 0.2:
-        data = changed(data, effects__shaft_friction=None)
+def machine(share: float, start: float = 0.0, **changes: Any) -> tuple[Record, float]:
+    """Return the run of a machine with a share of the least torque that lifts, and this torque."""
+    data = changed(MACHINE, mechanism__initial_angular_velocity=start, **changes)
     least = needed(data)
-    ratio = 0.85 if stalls else rng.choice([0.3, 0.7, 0.9, 0.999, 1.001, 1.3, 2.0])
-    strength = ratio * least
-    way = rng.choice(["motor", "constant", "constant", "rising", "falling", "sine"])
-    drives: dict[str, Any] = {
-        "motor": {"motor": {"stall_torque": strength, "no_load_speed": 40.0}},
-        "constant": {"torque": strength},
-        "rising": {"torque": {"time": [0.0, 1.0], "value": [0.0, strength]}},
-        "falling": {"torque": {"time": [0.5, 1.0], "value": [strength, -0.2 * strength]}},
-        "sine": {"torque": {"sine": {"mean": 0.0, "amplitude": strength, "frequency_hz": 1.0}}},
-    }
-    data["drive"] = drives["constant" if stalls else way]
-    return data, least
+    return simulate(changed(data, drive={"torque": share * least})), least
 
 
-@cache
-def machine_run(seed: int) -> Record:
-    return simulate(drawn_machine(seed)[0])
-
-
-OFTEN = 3  # each how manieth machine is drawn by default
-
-
-@pytest.mark.parametrize("seed", one_in(OFTEN, range(60)))
-def test_warns_of_a_machine_that_stalls_or_runs_back(seed: int) -> None:
-    data, least = drawn_machine(seed)
-    record = machine_run(seed)
-    assert record.status == "done"
-    channels = record.channels
-    motor = data["drive"].get("motor")
-    torque = channels["motor_torque"]
-    high = motor["stall_torque"] if motor else max(torque)
+@pytest.mark.parametrize(("share", "start"), [(0.9, 2.0), (0.999, 0.0), (1.001, 0.0), (1.3, 3.0)])
+def test_warns_of_a_torque_that_does_not_lift_everywhere(share: float, start: float) -> None:
+    record, least = machine(share, start)
     weak = warnings_with(record, "not above")
-    assert bool(weak) is bool(high <= least)
+    assert bool(weak) is (share <= 1.0)
     if weak:
-        assert number_after(weak[0], "is ") == pytest.approx(high, rel=1e-4)
+        assert number_after(weak[0], "is ") == pytest.approx(share * least, rel=1e-4)
         assert number_after(weak[0], "above the ") == pytest.approx(least, rel=1e-5)
-    back = warnings_with(record, "ran back")
-    angle = channels["angle"]
-    pitch = 2.0 * pi / data["mechanism"]["slots"]
-    carried = np.floor(angle[0] / pitch) - np.floor(angle[-1] / pitch)
-    work = np.diff(record.time) @ (0.5 * (torque[1:] + torque[:-1]))
-    assert bool(back) is bool(work > 0.0 and angle[-1] < angle[0])
-    if back:
-        assert number_after(back[0], "N m: ") == carried
+
+
+def test_warns_of_marbles_that_are_carried_back() -> None:
+    smooth = {"effects__shaft_friction__mu_s": 0.05, "effects__shaft_friction__mu_k": 0.05}
+    record, _ = machine(0.3, 3.0, **smooth)
+    (back,) = warnings_with(record, "ran back")
+    angle, pitch = record.channels["angle"], 2.0 * pi / MACHINE["mechanism"]["slots"]
+    assert number_after(back, "N m: ") == np.floor(angle[0] / pitch) - np.floor(angle[-1] / pitch)
+
+
+def test_warns_of_a_machine_that_stalls() -> None:
+    record, _ = machine(0.85, 2.0)
+    (still,) = warnings_with(record, "stands still")
     rests = [e.time for e in record.transitions if e.mode_to == 0 and e.mode_from != 0]
-    stalled = "mode" in channels and bool(rests) and channels["mode"][-1] == 0 and torque[-1] > 0.0
-    still = warnings_with(record, "stands still")
-    assert bool(still) is bool(stalled)
-    if still:
-        assert number_after(still[0], "still from ") == pytest.approx(rests[-1], rel=1e-5)
+    assert record.channels["mode"][-1] == 0
+    assert number_after(still, "still from ") == pytest.approx(rests[-1], rel=1e-5)
 
 
 def test_warns_if_a_machine_does_not_move() -> None:
     """Half a pitch from a transfer, where the load is largest, at 99.9 % of the torque to lift."""
-    data = changed(
-        drawn_machine(0)[0],
-        effects__shaft_friction={"shaft_radius": 0.003, "mu_s": 0.5, "mu_k": 0.4},
-        mechanism__initial_angle_deg=180.0 / MACHINE["mechanism"]["slots"],
-        mechanism__initial_angular_velocity=0.0,
-    )
-    data["drive"] = {"torque": 0.999 * needed(data)}
-    record = simulate(data)
+    half = {"mechanism__initial_angle_deg": 180.0 / MACHINE["mechanism"]["slots"]}
+    record, _ = machine(0.999, **half)
     (warning,) = warnings_with(record, "nothing moves")
     radius = 0.003 * 0.5 / (1.0 + 0.25) ** 0.5
     held = np.abs(record.channels["friction_torque"]) / (radius * record.channels["shaft_reaction"])
@@ -319,7 +320,6 @@ def test_a_machine_without_torque_does_not_stall(last: float, expected: bool) ->
         MACHINE,
         drive={"torque": {"time": [0.3, 0.4], "value": [0.01, last]}},
         effects__shaft_friction={"shaft_radius": 0.012, "mu_s": 0.9, "mu_k": 0.8},
-        effects__viscous_damping={"coefficient": 2e-4},
         solver__duration=3.0,
     )
     record = simulate(data)
@@ -328,19 +328,11 @@ def test_a_machine_without_torque_does_not_stall(last: float, expected: bool) ->
     assert bool(warnings_with(record, "stands still")) is expected
 
 
-def test_the_drawn_machines_cover_all_warnings() -> None:
-    runs = [machine_run(seed) for seed in range(0, 60, OFTEN)]
-    for words in ("not above", "ran back", "stands still"):
-        assert 2 <= sum(bool(warnings_with(run, words)) for run in runs) < 18, words
-    assert sum(not run.warnings for run in runs) >= 2
-
-
-@pytest.mark.parametrize("torque", [-4.0, -1.5, 1.5, 4.0])
-@pytest.mark.parametrize("start", [-90.0, 0.0, 60.0, 180.0])
+@pytest.mark.parametrize("torque", [-4.0, 1.5])
+@pytest.mark.parametrize("start", [-90.0, 60.0])
 def test_warns_of_a_crank_that_runs_against_its_torque(torque: float, start: float) -> None:
-    data = tomllib.loads((SCENARIOS / "epicyclic.toml").read_text())
-    data = changed(
-        data,
+    data = shipped(
+        "epicyclic",
         drive={"torque": torque},
         mechanism__initial_angle_deg=start,
         mechanism__initial_angular_velocity=None,

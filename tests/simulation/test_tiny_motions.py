@@ -1,13 +1,11 @@
 """Motions of nanometres, as angles of a body, are as exact as those of metres."""
 
-import tomllib
 from math import acos, degrees, exp, hypot, pi, sqrt
 
 import pytest
 
 import frictionsim as fs
-from tests.support.cases import one_in, slow
-from tests.support.scenarios import SCENARIOS
+from tests.support.scenarios import shipped
 
 
 def oscillator(
@@ -59,16 +57,15 @@ def test_the_closed_form_is_right() -> None:
     assert at_rest(12.0, 6.0) == pytest.approx((22.423556350699, 0.682178936724), rel=1e-12)
 
 
-SIZES = [1.0, 1e-3, 1e-5, 1e-6, 1e-9, 1e-12]
-OSCILLATORS = [
-    *[(12.0, 6.0, 1.0, 1.0), (12.0, 6.0, 6.0, 6.0)],
-    *[(-7.3, 4.0, 1e-3, 2e3), (0.0, 9.0, 50.0, 0.1)],
-]
-
-
 @pytest.mark.parametrize(
-    ("size", "x", "v", "inertia", "stiffness"),  # by default every oscillator, and most sizes
-    one_in(5, [(size, *one) for one in OSCILLATORS for size in SIZES]),
+    ("size", "x", "v", "inertia", "stiffness"),
+    [
+        (1.0, 12.0, 6.0, 1.0, 1.0),
+        (1e-3, 12.0, 6.0, 6.0, 6.0),
+        (1e-6, -7.3, 4.0, 1e-3, 2e3),
+        (1e-9, 0.0, 9.0, 50.0, 0.1),
+        (1e-12, 12.0, 6.0, 1.0, 1.0),
+    ],
 )
 def test_a_tiny_oscillator_comes_to_rest_when_and_where_it_must(
     size: float, x: float, v: float, inertia: float, stiffness: float
@@ -82,15 +79,7 @@ def test_a_tiny_oscillator_comes_to_rest_when_and_where_it_must(
     assert float(result.quantities["final_angle"]) / size == pytest.approx(place, abs=1e-7)
 
 
-def test_another_method_is_as_exact() -> None:
-    time, place = at_rest(12.0, 6.0)
-    scenario = oscillator(1e-9, 12.0, 6.0).replace({"solver.backend": "rkf45"})
-    quantities = fs.solve(scenario).quantities
-    assert float(quantities["last_rest_time"]) == pytest.approx(time, abs=1e-7)
-    assert float(quantities["final_angle"]) / 1e-9 == pytest.approx(place, abs=1e-7)
-
-
-@pytest.mark.parametrize("torque", [1e-9, 3e-11, 2e-13])
+@pytest.mark.parametrize("torque", [1e-9, 2e-13])
 def test_a_tiny_torque_against_a_brake_of_speed_gives_the_speed_of_the_closed_form(
     torque: float,
 ) -> None:
@@ -111,14 +100,14 @@ def test_a_tiny_torque_against_a_brake_of_speed_gives_the_speed_of_the_closed_fo
 
 def tiny_pulley(size: float) -> fs.Scenario:
     """Return the shipped pulley with all its forces, and its motion, so many times smaller."""
-    tables = tomllib.loads((SCENARIOS / "pulley_return.toml").read_text(encoding="utf-8"))
+    tables = shipped("pulley_return")
     tables["mechanism"]["load"] *= size
     force = tables["drive"]["force"]
     force["value"] = [size * value for value in force["value"]]
     return fs.load(tables)
 
 
-@pytest.mark.parametrize("size", [1e-8, slow(1e-9), 1e-12])
+@pytest.mark.parametrize("size", [1e-8, 1e-12])
 def test_a_motion_that_the_tolerance_does_not_resolve_is_told_with_the_way_out(size: float) -> None:
     rest = fs.solve(tiny_pulley(1.0)).quantities["last_rest_time"].value
     told = fs.solve(tiny_pulley(size))
@@ -128,9 +117,6 @@ def test_a_motion_that_the_tolerance_does_not_resolve_is_told_with_the_way_out(s
     assert again.warnings == ()
     # Of a rest, rtol 1e-9 leaves some 1e-9 s.
     assert again.quantities["last_rest_time"].value == pytest.approx(rest, abs=2e-8)
-    values = {"effects.shaft_friction.mu_s": [0.2, 0.201]}
-    swept = fs.sweep(tiny_pulley(size), vary=values, workers=1)
-    assert "no small part" in swept.summary()
 
 
 def test_an_ordinary_motion_is_not_told() -> None:

@@ -30,7 +30,7 @@ def infinite(name: str) -> Callable[[State], None]:
         ("pulley events", less_one("state.y"), f"'state.y' {OTHER}"),
         ("lift with slack rope", less_one("state.modes"), f"'state.modes' {OTHER}"),
         ("gear of given speed", less_one("state.y"), f"'state.y' {OTHER}"),
-        ("pulley rkf45", less_one("samples.time"), f"'samples.time' {OTHER}"),
+        ("pulley rkf45", less_one("samples.angle"), f"'samples.angle' {OTHER}"),
         ("pulley events", less_one("sides"), f"'sides' {OTHER}"),
         ("pulley rkf45", less_one("transitions"), f"'transitions' {OTHER}"),
         ("pulley rkf45", lambda s: s.pop("state.t"), "'state.t' is missing"),

@@ -1,6 +1,6 @@
 """End stops: located impacts, rest on a stop and leaving it, which `events` alone has."""
 
-from math import ceil, log, pi, radians, sqrt
+from math import ceil, degrees, log, pi, radians, sqrt
 from typing import Any
 
 import numpy as np
@@ -8,12 +8,11 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.results import Record
-from tests.support.cases import one_in, slow
 from tests.support.end_stops_reference import drawn_body, events_of, mirrored
 from tests.support.scenarios import changed, simulate, sound
 from tests.support.stopped_bodies import scenario_of, stopped, with_friction
 
-HIGHEST, LOWEST = radians(60.0), radians(-50.0)
+HIGHEST = radians(60.0)
 PRESSED = {"time": [0.0, 4.0, 5.0, 8.0], "value": [0.5, 0.5, -0.5, -0.5]}  # turns at 4.5 s
 
 
@@ -26,7 +25,6 @@ def times(done: Record) -> list[float]:
 
 
 def test_under_a_constant_torque_the_times_of_impact_are_a_geometric_series() -> None:
-    """And each flight is a parabola."""
     done = sound(stopped(0.5))
     fall = sqrt(2.0 * HIGHEST)  # the acceleration is 1 rad/s^2
     count = ceil(log(1e-3 / fall) / log(0.6)) + 1
@@ -35,15 +33,6 @@ def test_under_a_constant_torque_the_times_of_impact_are_a_geometric_series() ->
     expected = fall + np.concatenate(([0.0], np.cumsum(flights)))
     accuracy = 3e-12  # of the last flights: some roundings of the angle, at 1e-3 rad/s
     assert times(done) == pytest.approx(expected, abs=accuracy)
-    angle = np.full(done.time.shape, HIGHEST)
-    for begin, end, n in zip(expected, expected[1:], range(count), strict=False):
-        x = done.time - begin
-        inside = (x >= 0.0) & (done.time <= end)
-        speed = fall * 0.6 ** (n + 1)
-        angle[inside] += (-speed * x + 0.5 * x * x)[inside]
-    first = done.time < fall
-    angle[first] = 0.5 * done.time[first] ** 2
-    assert done.channels["angle"] == pytest.approx(angle, abs=accuracy)
     # A flight begins and ends at the stop: most have two steps.
     assert done.statistics.steps < 6 * count
     # The quantities and the lost energy from the closed form.
@@ -52,7 +41,10 @@ def test_under_a_constant_torque_the_times_of_impact_are_a_geometric_series() ->
     assert done.quantities["energy_impact"].value == pytest.approx(0.5 * HIGHEST, rel=accuracy)
 
 
-@pytest.mark.parametrize("seed", one_in(2, range(25)))
+SEEDS = (0, 2, 4, 6, 8, 10, 12, 14, 16, 18)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 def test_drawn_bodies_move_as_in_the_independent_program(seed: int) -> None:
     rng = np.random.default_rng(seed)
     body = drawn_body(rng)
@@ -72,16 +64,13 @@ def test_drawn_bodies_move_as_in_the_independent_program(seed: int) -> None:
 
 
 def test_the_drawn_bodies_are_of_all_sorts() -> None:
-    bodies = [drawn_body(np.random.default_rng(seed)) for seed in range(25)]
-    ends = [events_of(body)[0] for body in bodies]
-    assert {body.restitution for body in bodies} == {0.0, 0.3, 0.6, 0.9}
-    assert {body.lowest > -2.0 and body.highest < 2.0 for body in bodies} == {False, True}
+    bodies = [drawn_body(np.random.default_rng(seed)) for seed in SEEDS]
     for attribute in ("static", "stiffness", "damping"):
         assert {getattr(body, attribute) > 0.0 for body in bodies} == {False, True}
+    ends = [events_of(body)[0] for body in bodies]
     seen = {(name, s * a, s * b) for of_one in ends for _, name, a, b, _ in of_one for s in (1, -1)}
     impacts = {("stop", 1, 0), ("stop", 1, -1), ("stop", 0, 1)}
     assert seen >= {*impacts, ("shaft", 0, -1), ("shaft", 1, 0), ("shaft", 1, -1)}
-    assert sum(map(len, ends)) > 150
 
 
 @pytest.mark.parametrize(("is_dry", "at"), [(False, 4.5), (True, 4.6)])
@@ -101,21 +90,16 @@ def test_a_body_rests_on_a_stop_until_the_torque_turns(is_dry: bool, at: float) 
     resting = (time > hit.time) & (time < 4.5)
     assert resting.sum() > 20
     assert np.unique(channels["angle"][resting]).tolist() == [HIGHEST]
-    assert not np.any(channels["angular_velocity"][resting])
     assert not np.any(channels["angular_acceleration"][resting])
     assert np.array_equal(channels["stop_torque"][resting], -channels["applied_torque"][resting])
-    assert np.all(channels["stop_torque"][resting] < 0.0)
-    assert not np.any(channels["stop_torque"][time > 4.5])
-    assert not np.any(channels["stop_torque"][time < hit.time])
+    assert not np.any(channels["stop_torque"][(time > 4.5) | (time < hit.time)])
     if is_dry:
         assert not np.any(channels["friction_torque"][resting])
         held = (time > 4.5) & (time < 4.6)
         assert np.array_equal(channels["friction_torque"][held], -channels["applied_torque"][held])
 
 
-@pytest.mark.parametrize(
-    ("is_dry", "start"), [(False, 60.0), slow(False, 59.9), slow(True, 60.0), (True, 59.9)]
-)
+@pytest.mark.parametrize(("is_dry", "start"), [(False, 60.0), (True, 59.9)])
 def test_a_short_turn_of_the_torque_after_a_long_rest_is_not_missed(
     is_dry: bool, start: float
 ) -> None:
@@ -142,7 +126,7 @@ def test_a_turn_beyond_the_stop_and_back_within_a_step_is_an_impact() -> None:
     data = stopped(
         -0.5,
         mechanism__initial_angular_velocity=1.0,  # the top is at 1 s and 0.5 rad
-        effects__end_stops={"highest_angle_deg": degrees_of(0.4999), "restitution": 0.5},
+        effects__end_stops={"highest_angle_deg": degrees(0.4999), "restitution": 0.5},
         solver__duration=1.9,
     )
     done = sound(data)
@@ -158,10 +142,6 @@ def test_a_body_may_leave_a_stop_at_once() -> None:
     assert times(done)[0] == times(done)[1]
 
 
-def degrees_of(angle: float) -> float:
-    return angle * 180.0 / pi
-
-
 @pytest.mark.parametrize("is_dry", [False, True])
 def test_a_body_may_start_at_its_stop(is_dry: bool) -> None:
     data = stopped(0.5, mechanism__initial_angle_deg=60.0)
@@ -172,7 +152,6 @@ def test_a_body_may_start_at_its_stop(is_dry: bool) -> None:
     # Thrown into it: it rebounds at once.
     into = sound(changed(data, mechanism__initial_angular_velocity=0.5))
     assert into.transitions[0][:4] == (0.0, "stop", 1, -1)
-    assert into.quantities["impact_speed_max"].value == 0.5
     deceleration = 1.2 if is_dry else 1.0
     top = times(into)[1] if is_dry else 0.5 * times(into)[1]
     assert top == pytest.approx(0.6 * 0.5 / deceleration, abs=1e-7)
@@ -182,20 +161,17 @@ def test_a_body_may_start_at_its_stop(is_dry: bool) -> None:
 
 
 @pytest.mark.parametrize("is_dry", [False, True])
-@pytest.mark.parametrize("stop", [0.0, 60.0])
-def test_a_tiny_capture_speed_does_not_make_flights_without_end(stop: float, is_dry: bool) -> None:
+def test_a_tiny_capture_speed_does_not_make_flights_without_end(is_dry: bool) -> None:
     """Where rounding would give the body as much speed as an impact takes, it stays at rest."""
-    stops = {"highest_angle_deg": stop, "restitution": 0.9, "capture_speed": 1e-40}
     data = stopped(
         0.5,
-        mechanism={"inertia": 0.5, "initial_angle_deg": stop - 60.0},
-        effects__end_stops=stops,
+        mechanism={"inertia": 0.5, "initial_angle_deg": -60.0},
+        effects__end_stops={"highest_angle_deg": 0.0, "restitution": 0.9, "capture_speed": 1e-40},
         solver={"duration": 40.0, "rtol": 1e-9, "max_steps": 20_000},
         output__interval=1.0,
     )
-    data = with_friction(data, 0.1, 0.05) if is_dry else data
-    if is_dry and stop == 0.0:  # flights of nanoseconds
-        failed = simulate(data)
+    if is_dry:  # flights of nanoseconds
+        failed = simulate(with_friction(data, 0.1, 0.05))
         assert failed.failure == "chattering"
         assert failed.reason.endswith("or give a larger effects.end_stops.capture_speed")
         return
@@ -204,46 +180,26 @@ def test_a_tiny_capture_speed_does_not_make_flights_without_end(stop: float, is_
     assert 50 < done.quantities["impacts"].value < 400
 
 
-@pytest.mark.parametrize("backend", ["rkf45", "dop853", "radau"])
-def test_other_methods_have_no_end_stops(backend: str) -> None:
-    with pytest.raises(fs.errors.ScenarioError, match="a shaft with end_stops; use one of events"):
-        fs.load(stopped(0.5, solver__backend=backend))
-
-
-@pytest.mark.parametrize("law", ["regularised", "published"])
-def test_other_laws_have_no_end_stops(law: str) -> None:
-    with pytest.raises(fs.errors.ScenarioError, match="use law = 'set-valued', or remove"):
-        fs.load(with_friction(stopped(0.5), 0.1, 0.1, law=law))
+def test_other_methods_and_laws_have_no_end_stops() -> None:
+    with pytest.raises(fs.ScenarioError, match="a shaft with end_stops; use one of events"):
+        fs.load(stopped(0.5, solver__backend="rkf45"))
+    with pytest.raises(fs.ScenarioError, match="use law = 'set-valued', or remove"):
+        fs.load(with_friction(stopped(0.5), 0.1, 0.1, law="regularised"))
 
 
 @pytest.mark.parametrize(
-    "size",
+    ("size", "speed"),
     [
-        {"sine": {"amplitude": 1.0, "frequency_hz": 1.0}},
-        0.0,
-        {"time": [0.0, 0.5, 1.0], "value": [0.0, 0.0, 1.0]},
-        {"time": [0.0, 1.0], "value": [1e-20, -1.0]},
+        ({"sine": {"amplitude": 1.0, "frequency_hz": 1.0}}, 0.0),
+        (0.0, 0.0),
+        ({"time": [0.0, 0.5, 1.0], "value": [0.0, 0.0, 0.2]}, 0.1),
+        ({"time": [0.0, 1.0], "value": [1e-20, -1.0]}, -1.0),
     ],
 )
-def test_a_body_without_friction_starts_from_rest_between_its_stops(size: Any) -> None:
-    """I w' = M: the integral of the couple, where it has not reached a stop."""
-    data = {
-        "kind": "shaft",
-        "mechanism": {"inertia": 1.0},
-        "couples": [{"name": "motor", "size": size}],
-        "effects": {
-            "end_stops": {"lowest_angle_deg": -30.0, "highest_angle_deg": 30.0, "restitution": 0.5}
-        },
-        "solver": {"duration": 1.0},
-    }
-    done = fs.solve(data, max_steps=2000)
-    assert done.status == "done"
-    channels = done.record.channels
-    time, angle = channels["time"], channels["angle"]
-    couple = np.interp(time, size["time"], size["value"]) if "time" in str(size) else 0.0 * time
-    if "sine" in str(size):
-        couple = np.sin(2.0 * np.pi * time)
-    speed = np.concatenate([[0.0], np.cumsum(0.5 * (couple[1:] + couple[:-1]) * np.diff(time))])
-    # The trapezoidal rule at 500 samples.
-    assert channels["angular_velocity"] == pytest.approx(speed, abs=1e-5)
-    assert np.max(np.abs(angle)) < np.radians(30.0)
+def test_a_body_without_friction_starts_from_rest_between_its_stops(
+    size: Any, speed: float
+) -> None:
+    """0.5 w is the integral of the couple, as it reaches no stop."""
+    done = sound(stopped(size, solver__duration=1.0))
+    assert done.channels["angular_velocity"][-1] == pytest.approx(speed, abs=1e-9)
+    assert done.transitions == []

@@ -132,57 +132,6 @@ def test_of_two_blocks_the_lower_one_slides_first_and_then_leaves_the_upper_one_
     assert solver.state.y[2:] == pytest.approx([lower, v_4 + 0.5 - lower], rel=1e-12)
 
 
-def test_a_pile_of_blocks_slips_from_top_to_bottom_and_comes_to_rest_together() -> None:
-    """Three blocks on each other and on the ground; a force on the lowest rises, then is gone."""
-    m, g = np.array([3.0, 2.0, 1.0]), 10.0
-    mu = np.array([0.1, 0.3, 0.2])  # of the ground, and of the blocks on it
-    limits = mu * g * np.cumsum(m[::-1])[::-1]
-    top = 60.0  # N; up to it the force rises by 20 N/s
-    end = top / 20.0
-    force = signal({"time": [0.0, end, end + 1e-3], "value": [0.0, top, 0.0]})
-
-    class Pile(Bodies):
-        def solution(self, t: float, modes: list[int]) -> Any:
-            """Return the accelerations of the blocks, and the frictions below them."""
-            matrix, right = np.zeros((6, 6)), np.zeros(6)
-            right[0] = force(t)
-            for i in range(3):
-                matrix[i, i], matrix[i, 3 + i] = m[i], -1.0
-                if i < 2:
-                    matrix[i, 4 + i] = 1.0
-                if modes[i] == STICK:
-                    matrix[3 + i, i], matrix[3 + i, i - 1] = 1.0, -1.0 if i else 0.0
-                else:
-                    matrix[3 + i, 3 + i], right[3 + i] = 1.0, -modes[i] * limits[i]
-            return np.linalg.solve(matrix, right)
-
-        def accelerations(self, t: float, modes: list[int]) -> list[float]:
-            slips = np.diff(self.solution(t, modes)[:3], prepend=0.0)
-            return [float(a) if mode else 0.0 for a, mode in zip(slips, modes, strict=True)]
-
-        def margins(self, t: float, y: list[float], modes: list[int]) -> Margins:
-            frictions = self.solution(t, modes)[3:].tolist()
-            return [(x + f, x - f, 1e-12) for x, f in zip(limits, frictions, strict=True)]
-
-        def smooth_until(self, t: float, y: list[float], end: float) -> float:
-            return min(end, force.next_extremum(t))
-
-    solver = solved(Pile(*[Contact(f"below {i}", i) for i in range(3)]), 40.0)
-    # The ground, then the top block at its mu g, then the middle one with that on it.
-    of_middle = (mu[1] * (m[1] + m[2]) - mu[2] * m[2]) * g / m[1]
-    forces = (
-        limits[0],
-        limits[0] + m.sum() * mu[2] * g,
-        limits[0] + limits[2] + (m[0] + m[1]) * of_middle,
-    )
-    transitions = solver.recording.transitions
-    slips = [(e.time, e.contact) for e in transitions if e.mode_from == STICK]
-    expected = [(f / 20.0, f"below {i}") for f, i in zip(forces, (0, 2, 1), strict=True)]
-    assert slips == [(pytest.approx(t, abs=1e-11), name) for t, name in expected]
-    assert solver.state.modes == [STICK, STICK, STICK]
-    assert solver.state.y[3:] == [0.0, 0.0, 0.0]
-
-
 class Margin(Bodies):
     """Contacts that hold with margins that are given over time, beside a body that moves."""
 
@@ -208,7 +157,7 @@ def released(*given: Callable[[float], float], tie: float = 0.0) -> list[tuple[f
     return [(e.time, e.contact) for e in solver.recording.transitions]
 
 
-@pytest.mark.parametrize("middle", [0.0005, 0.004, 0.2, 0.45, 0.7, 0.97, 0.9992])
+@pytest.mark.parametrize("middle", [0.0005, 0.2, 0.7, 0.9992])
 def test_a_margin_that_is_used_up_and_restored_within_a_step_is_seen(middle: float) -> None:
     depth = 1e-9 if 0.01 < middle < 0.99 else 1e-13
     (time, _), *_ = released(lambda t: (t - middle) ** 2 - depth)
@@ -248,7 +197,7 @@ class Thrown(Bodies):
         return [(1.0, 1.0, 0.0)]
 
 
-@pytest.mark.parametrize("middle", [0.0005, 0.004, 0.2, 0.45, 0.7, 0.97, 0.9992])
+@pytest.mark.parametrize("middle", [0.0005, 0.2, 0.7, 0.9992])
 def test_a_velocity_that_is_zero_and_rises_again_within_a_step_is_seen(middle: float) -> None:
     """v = (t - middle)^2 - depth, which the method integrates but for rounding."""
     depth = 1e-9 if 0.01 < middle < 0.99 else 1e-13
@@ -386,33 +335,6 @@ def test_heats_of_one_name_are_refused() -> None:
     damping = Term(lambda u, q, v: -v, "energy_damping")
     with pytest.raises(InputError, match="each heat has a name of its own"):
         OneCoordinate(signal(0.0), None, 1.0, (Term(0.0, INPUT), damping, damping), None)
-
-
-class At:
-    """The surface of one second, with an event."""
-
-    event = "mark"
-
-    def beyond(self, step: Any, t: float, y: list[float]) -> float:
-        return t - 1.0 if step.t_old < 1.0 else -1.0
-
-
-def test_a_crossing_at_the_time_of_a_change_of_mode_is_recorded_before_it() -> None:
-    class Pair(Bodies):
-        """A block that slides on without friction, and one that 1 N/s pulls off its 1 N."""
-
-        surfaces = (At(),)  # type: ignore[assignment]
-
-        def accelerations(self, t: float, modes: list[int]) -> list[float]:
-            return [0.0, t - 1.0 if modes[1] else 0.0]
-
-        def margins(self, t: float, y: list[float], modes: list[int]) -> Margins:
-            return [(1.0, 1.0, 0.0), (1.0 - t, 1.0 + t, 0.0)]
-
-    pair = Pair(Contact("free", 0), Contact("held", 1), start=[0.0, 0.0, 1.0, 0.0])
-    solver = solved(pair, 2.0)
-    events = [(e.contact, e.time) for e in solver.recording.transitions if e.time > 0.0]
-    assert events == [("mark", pytest.approx(1.0)), ("held", pytest.approx(1.0))]
 
 
 def test_a_run_of_one_step_at_a_time_gets_past_a_jump_of_the_torque() -> None:

@@ -1,19 +1,23 @@
 """The regularised friction law, with our own integrator and those of SciPy."""
 
-import subprocess
-import sys
+from collections.abc import Callable
 from itertools import pairwise
 from math import log10
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import frictionsim as fs
+from frictionsim.errors import NonFinite
+from frictionsim.mechanisms.extension import INPUT, OneCoordinate, Term
 from frictionsim.results import Record
 from frictionsim.solvers.friction_curve import friction_curve
 from tests.support.cases import slow
 from tests.support.problems import BREAKAWAY, CORD_RADIUS, INERTIA, LOAD, R_K, R_S, RAMP
-from tests.support.scenarios import SCENARIOS, changed, pulley, shipped, simulate, with_method
+from tests.support.scenarios import changed, pulley, python, shipped, simulate, with_method
+from tests.support.wheels import signal, solved
 
 REGULARISED = "effects.shaft_friction.law=regularised"
 SCIPY = ("bdf", "radau", "lsoda", "rk45", "dop853")
@@ -71,20 +75,20 @@ def sliding_error(speed: float) -> float:
     return float(abs(run.channels["angle"][-1] - 0.5 * INERTIA / torque))
 
 
-def test_the_error_of_a_stop_is_of_first_order_in_the_transition_speed() -> None:
-    errors = [sliding_error(speed) for speed in (1e-2, 1e-3, 1e-4)]
-    for coarse, fine in pairwise(errors):
-        # What is passed on the way to rest is of second order, and seen in the first quotient.
-        assert log10(coarse / fine) == pytest.approx(1.0, abs=0.01)
+def delay(speed: float) -> float:
+    """Return how late a breakaway on a ramp is: the torque passes the curve's maximum, a fold."""
+    return smoothed("radau", speed, solver__duration=0.7).transitions[0].time - BREAKAWAY
 
 
-def test_the_delay_of_breakaway_on_a_ramp_is_of_order_two_thirds() -> None:
-    """The torque passes the maximum of the curve, a fold, at a finite rate."""
-    late = [
-        smoothed("radau", speed).transitions[0].time - BREAKAWAY for speed in (1e-2, 1e-3, 1e-4)
-    ]
-    for coarse, fine in pairwise(late):
-        assert log10(coarse / fine) == pytest.approx(2.0 / 3.0, abs=0.02)  # next order, as above
+@pytest.mark.parametrize(
+    ("error", "order", "within"), [(sliding_error, 1.0, 0.01), (delay, 2.0 / 3.0, 0.02)]
+)
+def test_errors_have_their_order_in_the_transition_speed(
+    error: Callable[[float], float], order: float, within: float
+) -> None:
+    """But for what the first quotient shows of the next order."""
+    for coarse, fine in pairwise([error(speed) for speed in (1e-2, 1e-3, 1e-4)]):
+        assert log10(coarse / fine) == pytest.approx(order, abs=within)
 
 
 def test_regularised_friction_creeps_instead_of_sticking() -> None:
@@ -97,26 +101,19 @@ def test_regularised_friction_creeps_instead_of_sticking() -> None:
 
 
 @pytest.mark.parametrize("backend", SMOOTHING)
-def test_a_scenario_without_friction_needs_no_transition_speed(backend: str) -> None:
-    exact = simulate(pulley(effects=None))
-    run = simulate(pulley(effects=None, solver__backend=backend))
-    # SciPy's bound is on a mean over the states, whose energies are thousands: rtol 1e-9 of them.
-    assert run.channels["angle"] == pytest.approx(exact.channels["angle"], abs=1e-4)
-    assert run.checks["energy_balance"].value < 1e-6
-
-
-@pytest.mark.parametrize("backend", SMOOTHING)
-def test_a_prescribed_speed_uses_the_set_valued_law(backend: str) -> None:
+def test_without_friction_or_at_a_given_speed_all_methods_agree(backend: str) -> None:
     speed = {"sine": {"mean": 1.0, "amplitude": 2.0, "frequency_hz": 1.0}}
-    scenario = shipped("epicyclic", drive={"speed": speed})
-    exact = simulate(scenario)
-    run = simulate(changed(scenario, solver__backend=backend, solver__rtol=1e-8))
-    assert run.checks.keys() == exact.checks.keys()
-    assert run.channels["angle"] == pytest.approx(exact.channels["angle"], abs=1e-5)
-    assert run.channels["drive_torque"] == pytest.approx(exact.channels["drive_torque"], abs=1e-4)
+    for data in (pulley(effects=None), shipped("epicyclic", drive={"speed": speed})):
+        exact = simulate(data)
+        run = simulate(changed(data, solver__backend=backend, solver__rtol=1e-9))
+        assert run.checks.keys() == exact.checks.keys()
+        # SciPy's bound is on a mean over the states, whose energies are thousands.
+        for name in {"angle", "drive_torque"} & exact.channels.keys():
+            assert run.channels[name] == pytest.approx(exact.channels[name], abs=1e-4)
+        assert run.checks["energy_balance"].value < 1e-6
 
 
-@pytest.mark.parametrize("backend", [slow(n) if n == "radau" else n for n in SMOOTHING])
+@pytest.mark.parametrize("backend", ["rkf45", "lsoda"])
 def test_failures_of_scipy_are_reported_in_plain_words(backend: str) -> None:
     run = smoothed(backend, 1e-3, solver__max_steps=20)
     assert run.status == "failed"
@@ -127,17 +124,78 @@ def test_failures_of_scipy_are_reported_in_plain_words(backend: str) -> None:
         assert "spacing" not in huge.reason
 
 
+@pytest.mark.parametrize("method", ["rk45", "bdf"])
+def test_a_run_in_which_one_number_of_the_state_overflows_ends_by_name(method: str) -> None:
+    """A wheel turns at 1e154 rad/s under 1e154 N m: its energy overflows after 1.8 s."""
+    system = OneCoordinate(
+        signal(1e154), None, 1e300, (Term(lambda u, q, v: u, INPUT),), None, start=(0.0, 1e154)
+    )
+    with pytest.raises(NonFinite, match="the state of the motion is not finite after t = "):
+        solved(system, 1e3, backend=method)
+
+
 def test_scipy_is_not_imported_by_our_own_backends() -> None:
     code = (
-        "import sys; import frictionsim as fs;"
-        f"scenario = fs.load({str(SCENARIOS / 'pulley.toml')!r}, [{REGULARISED!r}], 'rkf45');"
-        "print(fs.solve(scenario).status, 'scipy' in sys.modules)"
+        f"import sys; import frictionsim as fs; scenario = fs.load('pulley', [{REGULARISED!r}],"
+        " 'rkf45'); print(fs.solve(scenario).status, 'scipy' in sys.modules)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=SCENARIOS.parent,
-    )
-    assert done.stdout.split() == ["done", "False"]
+    assert python("-c", code).stdout.split() == ["done", "False"]
+
+
+# --- a smoothed law is stiff ----------------------------------------------------------------------
+
+SPRING = {
+    "kind": "shaft",
+    "mechanism": {"inertia": 1.0, "initial_angular_velocity": 5.0},
+    "forces": [{"name": "clamp", "size": 1000.0, "point": [0.0, 0.0], "direction": [0.0, -1.0]}],
+    "effects": {
+        "torsion_spring": {"stiffness": 1.0},
+        "shaft_friction": {
+            "shaft_radius": 0.0125,
+            "mu_s": 4.0 / 3.0,
+            "mu_k": 4.0 / 3.0,
+            "law": "regularised",
+            "transition_speed": 1e-4,
+        },
+    },
+    "solver": {"backend": "bdf", "duration": 31.4, "rtol": 1e-8, "atol": 1e-10},
+}
+
+
+@pytest.mark.parametrize(
+    ("backend", "speed"), [("bdf", 1e-4), ("bdf", 1e-5), ("radau", 1e-3), ("lsoda", 1e-6)]
+)
+def test_a_stiff_method_solves_a_smoothed_stop_in_few_steps(backend: str, speed: float) -> None:
+    """The limit is r_s F = 10 N m: v^2 = 25 - 20 x - x^2 ends at sqrt(125) - 10."""
+    changes = {
+        "solver.backend": backend,
+        "effects.shaft_friction.transition_speed": speed,
+    }
+    done = fs.solve(SPRING, changes, max_steps=3000, check=True)
+    # It creeps on by v_t k x/(1.5 L_s) for 31 s, and stops with an error of the order of v_t.
+    angle = done.quantities["final_angle"].value
+    assert angle == pytest.approx(125.0**0.5 - 10.0, abs=4.0 * speed)
+
+
+def test_a_smoothed_law_without_a_method_is_told_of_one_that_works(
+    told: Callable[..., tuple[str, str]],
+) -> None:
+    speed = "effects.shaft_friction.transition_speed=1e-4"
+    sets = ("--set", REGULARISED, "--set", speed, "--set", "solver.duration=0.5")
+    _, said = told("solve", "marble_machine", *sets, "-o", "a.h5", code=2)
+    (advice,) = {part for part in said.split("--set ") if part.startswith("solver.backend=")}
+    assert advice.startswith("solver.backend=bdf)")
+    told("solve", "marble_machine", *sets, "--set", "solver.backend=bdf", "-o", "a.h5", "--quiet")
+    assert Path("a.h5").exists()
+
+
+def test_limits_of_explicit_methods_name_stiff_ones() -> None:
+    for limit in ({"max_steps": 20}, {"max_wall": 1e-9}):
+        reason = fs.solve(SPRING, {"solver.backend": "dop853"}, **limit).reason
+        assert "take a stiff method, bdf, radau or lsoda (--set solver.backend=bdf)" in reason
+        assert "loosen the tolerances" not in reason
+    exact = with_method(SPRING, "set-valued", "rkf45")
+    exact = changed(exact, effects__shaft_friction__transition_speed=None)
+    reason = fs.solve(exact, max_steps=20).reason
+    assert "loosen the tolerances" in reason
+    assert "stiff" not in reason

@@ -39,7 +39,7 @@ from frictionsim.mechanisms.belt_drive.statics import statics
 from frictionsim.mechanisms.belt_drive.study import METRICS, ladders, references, tighter
 
 if TYPE_CHECKING:
-    from frictionsim.simulation.base import Simulation
+    from frictionsim.simulation.mechanism import Simulation
 
 __all__ = [
     "METRICS",

@@ -18,7 +18,7 @@ from frictionsim.mechanisms.belt_drive.limits import (
 )
 from frictionsim.mechanisms.belt_drive.sampling import Observer
 from frictionsim.results import SimulationResult
-from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, require_array, unfit
+from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
 from frictionsim.solvers.recording import SampleTimes
 
 if TYPE_CHECKING:
@@ -52,7 +52,8 @@ class BeltDrive:
         self.effects = scenario.effect_names
         self.channel_info: Mapping[str, Channel] = channels_of(scenario.mechanism.names)
         bodies = tuple(map(str, range(self._belt.n)))
-        self.axes = {"pulley": scenario.mechanism.names, "body": bodies, "joint": bodies}
+        pulleys = scenario.mechanism.names
+        self.axes: Mapping[str, Any] = {"pulley": pulleys, "body": bodies, "joint": bodies}
         self.states = self._observer.states
 
     def sample_at(self, times: Sequence[float]) -> None:
@@ -120,21 +121,19 @@ class BeltDrive:
             return None
         parts = {f"stepping.{k}": v for k, v in self._stepper.arrays().items()}
         numbers = {name: np.array(v, dtype=np.float64) for name, v in parts.items()}
-        return {**numbers, **dump_part(self._times, "times"), **self._observer.state()}
+        return {**numbers, **self._observer.state()}
 
     def restore(self, state: dict[str, Any]) -> None:
         """Take over the state of another simulation of the same scenario."""
         for name, array in self._stepper.arrays().items():
             values = require_array(state, f"stepping.{name}", np.float64, ndim=array.ndim)
             if values.shape != array.shape:
-                raise unfit(f"stepping.{name}", "is of another type or shape")
+                raise unfit(f"stepping.{name}")
             if array.dtype.kind == "i" and not np.all((values >= 0.0) & (values <= MAX_COUNT)):
                 raise unfit(f"stepping.{name}", "is out of range")
             array[...] = values
         self._check_runs()
-        load_part(self._times, "times", state)
-        if self._observer.restore(state, self._start) != self._times.count:
-            raise unfit("samples.time", "is of another type or shape")
+        self._times.count = self._observer.restore(state, self._start)
         self._started, self._tried_before = True, self._steps_tried
 
     def _check_runs(self) -> None:

@@ -41,7 +41,7 @@ LOG = logging.getLogger(__name__)
 SOURCES = (
     *(f"mechanisms/belt_drive/{name}.py" for name in ("belt", "kernels", "moreau", "numba_kinds")),
     "mechanisms/belt_drive/rkf45.py",
-    *(f"solvers/{name}.py" for name in ("friction_curve", "rkf45", "stepper")),
+    *("solvers/friction_curve.py", "solvers/rkf45.py"),
 )
 IMPORTED = time()  # s
 PROGRAM = "frictionsim"

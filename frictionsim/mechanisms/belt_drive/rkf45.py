@@ -17,8 +17,7 @@ from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Indices, Line, a
 from frictionsim.mechanisms.belt_drive.kernels import copy, rhs, search, update_modes
 from frictionsim.mechanisms.belt_drive.numba_kinds import kernel, loop, part
 from frictionsim.solvers import rkf45 as rkf
-from frictionsim.solvers import stepper
-from frictionsim.solvers.stepper import MIN_ERROR_NORM
+from frictionsim.solvers.rkf45 import MIN_ERROR_NORM
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -61,9 +60,9 @@ R6, R5 = (1.0 + DISSIPATION) / 2080, 1 / 120 - DISSIPATION * (1 / 104 - 1 / 120)
 STABILITY_POLYNOMIAL = (R6, R5, 1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 STABILITY_MARGIN = 0.985  # of the longest stable step
 
-clipped_step = part(stepper.clipped_step)
-reduced_step = part(stepper.reduced_step)
-next_step_size = part(stepper.next_step_size)
+clipped_step = part(rkf.clipped_step)
+reduced_step = part(rkf.reduced_step)
+next_step_size = part(rkf.next_step_size)
 
 
 class RKF45State(NamedTuple):

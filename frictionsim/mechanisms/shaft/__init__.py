@@ -27,7 +27,7 @@ from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import one_coordinate, simulation_of, start_of
 from frictionsim.results import Quantities, Quantity
 from frictionsim.simulation.mechanism import Mechanism, Samples
-from frictionsim.solvers.events import STOP
+from frictionsim.solvers.system import STOP
 
 SCENARIO = ShaftScenario
 ShaftScenario.CHECKS = (check_unknown,)

@@ -1,0 +1,118 @@
+"""A plugin of pytest for trials: it writes what failed, ends what hangs, and sees what is used.
+
+`FAULTS_FAILED` is the file for the names of what failed, a line each. With `FAULTS_USED` it writes
+which functions of the package ran in this process, by their files and first lines, what was read
+there, what the processes that it started have imported or read (`started_python`), and whether one
+was started in which that cannot be seen.
+"""
+
+import cProfile
+import faulthandler
+import json
+import os
+import resource
+import sys
+import threading
+from collections import defaultdict
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.faults.started_python import read_for_a_digest
+
+ROOT = str(Path(__file__).parents[2])
+PACKAGE = os.path.join(ROOT, "frictionsim") + os.sep
+CPU_LIMIT = 150  # s a test, which other work of the machine does not use up; the dearest takes 30
+WALL_LIMIT = 900.0  # s a test, of one that waits for ever
+FORKS = {"os.fork", "os.forkpty"}  # run what is imported here
+STARTS = {"os.posix_spawn", "os.system"}
+HARMLESS = (("uname",), ("fc-list",))  # asked by numba and matplotlib for what is installed
+UNSEEING = {"-I", "-S", "-E", "-IS"}  # options of a Python that imports no `sitecustomize`
+
+profiles: list[cProfile.Profile] = []
+read: set[str] = set()  # as a text here, or in any way by a process that was started
+started: set[str] = set()
+
+
+def _look(event: str, arguments: tuple[Any, ...]) -> None:
+    if event in FORKS:
+        started.add("fork")
+    elif event in STARTS or (event == "subprocess.Popen" and not _is_seen(*arguments)):
+        started.add("unseen")
+    elif event == "open" and isinstance(arguments[0], str | os.PathLike):
+        path = os.path.abspath(arguments[0])
+        imported = "importlib" in sys._getframe(1).f_code.co_filename
+        if path.startswith(PACKAGE) and not imported and not read_for_a_digest():
+            read.add(path)
+
+
+def _is_seen(program: Any, arguments: Any, folder: Any, environment: Any) -> bool:
+    """Return whether a process, if it is a Python, tells what it imports."""
+    given = os.environ if environment is None else environment
+    tells = "FAULTS_STARTED" in given and ROOT in given.get("PYTHONPATH", "").split(os.pathsep)
+    return (program,) in HARMLESS or (tells and not UNSEEING & set(map(str, arguments)))
+
+
+def _profile(*_: Any) -> None:
+    """Profile this thread from its next call on."""
+    sys.setprofile(None)
+    profiles.append(cProfile.Profile(subcalls=False, builtins=False))
+    profiles[-1].enable()
+
+
+if "FAULTS_USED" in os.environ:
+    os.environ["FAULTS_STARTED"] = os.environ["FAULTS_USED"] + "-elsewhere"
+    _start = BaseProcess.start
+
+    def _seen(process: BaseProcess) -> None:
+        started.add("fork")
+        _start(process)
+
+    BaseProcess.start = _seen  # type: ignore[method-assign]
+    sys.addaudithook(_look)
+    threading.setprofile(_profile)
+    _profile()
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Write what was used."""
+    if "FAULTS_USED" not in os.environ:
+        return
+    ran: dict[str, set[int]] = defaultdict(set)
+    for profile in profiles:
+        for entry in profile.getstats():
+            if not isinstance(entry.code, str) and entry.code.co_filename.startswith(PACKAGE):
+                ran[entry.code.co_filename].add(entry.code.co_firstlineno)
+    elsewhere = Path(os.environ["FAULTS_STARTED"])
+    names = elsewhere.read_text().splitlines() if elsewhere.exists() else []
+    used = {
+        "ran": {os.path.relpath(name, ROOT): sorted(lines) for name, lines in ran.items()},
+        "read": sorted(os.path.relpath(name, ROOT) for name in {*read, *names}),
+        "started": sorted(started),
+    }
+    Path(os.environ["FAULTS_USED"]).write_text(json.dumps(used))
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Any:
+    """End this worker where a test hangs, by what goes on without Python, as in a kernel."""
+    if hasattr(item.config, "workerinput"):
+        used = sum(resource.getrusage(resource.RUSAGE_SELF)[:2])
+        resource.setrlimit(resource.RLIMIT_CPU, (int(used) + CPU_LIMIT, resource.RLIM_INFINITY))
+        faulthandler.dump_traceback_later(WALL_LIMIT, exit=True, file=sys.__stderr__)
+    try:
+        return (yield)
+    finally:
+        faulthandler.cancel_dump_traceback_later()
+
+
+def _write(report: pytest.TestReport | pytest.CollectReport) -> None:
+    # The controller of pytest-xdist has the reports of its workers, also of those that ended.
+    if report.failed and "PYTEST_XDIST_WORKER" not in os.environ:
+        with Path(os.environ["FAULTS_FAILED"]).open("a") as file:
+            file.write(report.nodeid + "\n")
+
+
+pytest_runtest_logreport = pytest_collectreport = _write
