@@ -17,9 +17,9 @@ from math import sqrt
 from typing import Any
 
 from frictionsim.mechanisms.journal import journal_channels
-from frictionsim.mechanisms.shaft.channels import CHANNELS as CHANNELS
-from frictionsim.mechanisms.shaft.channels import PANELS as PANELS
 from frictionsim.mechanisms.shaft.equation import Shaft, shaft_of, system_of
+from frictionsim.mechanisms.shaft.schema import CHANNELS as CHANNELS
+from frictionsim.mechanisms.shaft.schema import PANELS as PANELS
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
 from frictionsim.mechanisms.shaft.statics import breakaway_values, check_unknown
 from frictionsim.mechanisms.shaft.statics import statics as statics
