@@ -192,7 +192,7 @@ def terms_of(scenario: ShaftScenario, time: float, unknown: str = "") -> Iterato
     for name, parts in (("forces", scenario.forces), ("couples", scenario.couples)):
         for part in parts:
             key, arms = f"{name}.{part.name}", part.arms if isinstance(part, Force) else COUPLE
-            load = load_of(part, arms)
+            load = load_of(part)
             turns = load.over == ANGLE
             size = {f"{key}.size": 1.0 if turns else load.at_rest(time, 0.0)}
             term = Term(arms, size, load.size if turns else None)

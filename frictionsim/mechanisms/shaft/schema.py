@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from frictionsim.mechanisms.effects import Gravity, ShaftFriction, ViscousDamping
 from frictionsim.mechanisms.journal import CHANNELS as JOURNAL_CHANNELS
-from frictionsim.mechanisms.shaft.loads import Arms, Turning, arms_of_force, largest_arm
+from frictionsim.mechanisms.shaft.loads import Arms, arms_of_force
 from frictionsim.mechanisms.single_dof import SingleDofScenario, base_channels
 from frictionsim.results import Channel
 from frictionsim.scenario.methods import EVENTS_ONLY, SET_VALUED, Pairs
@@ -112,8 +112,8 @@ class Force(Params):
         x, y = (component / length for component in self.direction)
         if self.cord_radius is not None:
             return Arms((self.cord_radius, x, y))
-        turning = Turning(self.direction_turns, self.point_turns)
-        return arms_of_force((x, y), self.point, turning)
+        assert self.point is not None  # checked above
+        return arms_of_force((x, y), self.point, self.direction_turns, self.point_turns)
 
 
 class Couple(Params):
@@ -362,7 +362,7 @@ class ShaftScenario(SingleDofScenario):
     def largest_arm(self) -> float:
         """The largest arm of the forces and weights over a turn, m."""
         eccentric = self.effects.eccentric_mass
-        arms = [largest_arm(force.arms) for force in self.forces]
+        arms = [force.arms.largest for force in self.forces]
         arms += [eccentric.radius] if eccentric is not None and self.has_weight else []
         return max(arms, default=0.0)
 
