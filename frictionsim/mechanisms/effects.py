@@ -88,6 +88,11 @@ class ShaftFriction(FrictionLaw):
         return reaction if self.normal_load is None else self.normal_load
 
 
+def radii_of(effect: ShaftFriction | None) -> tuple[float, float]:
+    """Return r_s and r_k at the speed zero, m; zeros without friction."""
+    return (effect.static_radius, effect.kinetic_radius) if effect else (0.0, 0.0)
+
+
 def journal_friction(
     effect: ShaftFriction | None,
     reaction: Callable[[Any, float], float],

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.errors import InputError
-from frictionsim.mechanisms.epicyclic.equation import constants_of, curves_of, path_of
+from frictionsim.mechanisms.epicyclic.equation import constants_of, path_of
 from frictionsim.motion.parts import Arrow, Body, Disc, Line, Motion, Outline, Part
 from frictionsim.motion.samples import Samples, scenario_in
 from frictionsim.motion.shapes import bounds_of, ray, scale_of, torque_arc, vectors
@@ -124,10 +124,9 @@ def _forces(at: Samples, scenario: "EpicyclicScenario") -> list[Part]:
     if "hinge" in constants.parts and "friction_torque" in at:
         torque, turns = at["friction_torque"], gear.planet_speed_ratio
         if gear.formulation == "published":
-            couple = (torque + constants.lever * load) / turns
+            couple = (torque + constants.lever.at_rest * load) / turns
         else:
-            _, arm = curves_of(scenario)
-            rolls = np.array([arm.at(v) for v in speed])
+            rolls = np.array([constants.lever.at(v) for v in speed])
             lever = np.where(speed == 0.0, constants.static_lever, rolls)
             mesh = np.minimum(lever * np.abs(load), np.abs(torque))
             couple = (torque - np.copysign(mesh, torque)) / (turns - 1.0)

@@ -1,22 +1,17 @@
-"""Kinetic friction over the speed, of each kind, against independent programs and closed forms."""
+"""Kinetic friction over the speed, of every kind of one coordinate and the lift."""
 
 from math import exp, hypot, pi
-from random import Random
 from typing import Any
 
 import jsonschema
 import numpy as np
 import pytest
-from mpmath import mpf
 
 import frictionsim as fs
-from tests.support.drawn_lifts import FAMILIES
-from tests.support.drawn_speeds import KINDS, drawn, independent
-from tests.support.friction_curves import curve, drawn_curve
-from tests.support.lift_reference import Lift, State, impact
+from tests.support.friction_curves import curve
 from tests.support.motions import motion
+from tests.support.problems import cases
 from tests.support.scenarios import Scenario, changed, shipped, simulate, sound, with_method
-from tests.support.speed_lift import solution as lift_solution
 from tests.support.stick_slip_reference import cycles
 
 # s, and a share of angles and speeds, at rtol 1e-11: of 250 drawn scenes the worst was 1.3e-10 s
@@ -26,18 +21,14 @@ CURVES: dict[str, Any] = {
     "points": {"speed": [0.0, 0.02, 0.2], "value": [1.0, 0.5, 0.8]},
     "stribeck": {"stribeck": {"mu_c": 0.4, "speed": 0.03, "exponent": 1.3}},
 }
-KEYS = {
-    "pulley": ("shaft_friction", "mu_s", "mu_k"),
-    "shaft": ("shaft_friction", "mu_s", "mu_k"),
-    "marble_machine": ("shaft_friction", "mu_s", "mu_k"),
-    "epicyclic": ("hinge_friction", "torque_static", "torque_kinetic"),
-    "lift": ("shaft_friction", "mu_s", "mu_k"),
-}
 PLACES = [
-    *((name, *keys) for name, keys in KEYS.items()),
+    *((name, "shaft_friction", "mu_s", "mu_k")
+      for name in ("pulley", "shaft", "marble_machine", "lift")),
+    ("epicyclic", "hinge_friction", "torque_static", "torque_kinetic"),
     ("lift", "cord_friction", "mu_s", "mu_k"),
     ("epicyclic", "rolling_friction", "arm", "arm_kinetic"),
-]
+]  # fmt: skip
+PULLEY, GEAR = PLACES[0], PLACES[4]
 
 
 def with_curve(name: str, effect: str, static: str, kinetic: str, form: str) -> Scenario:
@@ -52,90 +43,50 @@ def with_curve(name: str, effect: str, static: str, kinetic: str, form: str) -> 
     return changed(data, **{f"effects__{effect}__{kinetic}": of})
 
 
-def assert_same(data: Scenario, expected: Any, start: float = 0.0) -> None:
-    """Compare changes of modes, and angle and speed at the end; positions count from a start."""
-    done = sound(data)
+OFTEN = {"shaft_1", "shaft_5", "pulley_6", "pulley_7", "marble_machine_3", "epicyclic_0",
+         "epicyclic_9", "lift_gripped_8", "lift_light_5"}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", [
+    pytest.param(case, id=case["name"], marks=[] if case["name"] in OFTEN else pytest.mark.slow)
+    for case in cases("speed")
+])  # fmt: skip
+def test_a_drawn_scene_moves_as_by_an_independent_program(case: dict[str, Any]) -> None:
+    done = sound(case["scenario"])
     seen = [e for e in done.transitions if e.contact != "transfer"]
     modes = [(e.mode_from, e.mode_to) for e in seen]
-    assert modes == [tuple(event[-3:-1]) for event in expected["events"]]
-    for event, wanted in zip(seen, expected["events"], strict=True):
+    assert modes == [tuple(event[-3:-1]) for event in case["events"]]
+    for event, wanted in zip(seen, case["events"], strict=True):
         assert event.time == pytest.approx(wanted[0], abs=TIME)
-        assert event.position - start == pytest.approx(wanted[-1], rel=SHARE, abs=SHARE)
-    final = [done.channels[name][-1] for name in ("angle", "angular_velocity")]
-    assert final[0] - start == pytest.approx(expected["final"][0], rel=SHARE, abs=SHARE)
-    assert final[1] == pytest.approx(expected["final"][1], rel=SHARE, abs=10.0 * SHARE)
-
-
-OFTEN = {("shaft", 1), ("shaft", 5), ("pulley", 6), ("pulley", 7), ("marble_machine", 3),
-         ("epicyclic", 0), ("epicyclic", 9)}  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("kind", "number"),
-    [
-        pytest.param(kind, n, marks=[] if (kind, n) in OFTEN else pytest.mark.slow)
-        for kind in KINDS
-        for n in range(30)
-    ],
-)
-def test_a_drawn_scene_moves_as_by_an_independent_program(kind: str, number: int) -> None:
-    data = drawn(kind, number)
-    assert_same(data, independent(data))
-
-
-def drawn_lift(family: str, seed: int) -> Scenario:
-    data, rng = FAMILIES[family](seed), Random(f"{family} {seed}")
-    journal, cord = (data["effects"].get(f"{of}_friction") for of in ("shaft", "cord"))
-    journal["mu_k"] = drawn_curve(rng, journal["mu_s"], 2.0 * journal["shaft_radius"])
-    if cord:
-        cord["mu_s"] = float(cord["mu_s"])
-        cord["mu_k"] = drawn_curve(rng, cord["mu_s"], 0.3)
-    return data
-
-
-@pytest.mark.parametrize(
-    ("family", "seed"),
-    [
-        pytest.param(f, n, marks=[] if (f, n) == ("gripped", 8) else pytest.mark.slow)
-        for f in ("taut", "gripped")
-        for n in range(15)
-    ]
-    # Its cord slows down to rest from a slip of km/s: its curve is 0.1 ms of a step of 10 ms.
-    + [("light", 5)],
-)
-def test_a_drawn_lift_moves_as_by_an_independent_program(family: str, seed: int) -> None:
-    data = drawn_lift(family, seed)
-    start = data["mechanism"]["initial_angle_deg"] * pi / 180.0
-    assert_same(data, lift_solution(data), start)
+        assert event.position == pytest.approx(wanted[-1], rel=SHARE, abs=SHARE)
+    angle, velocity = (done.channels[name][-1] for name in ("angle", "angular_velocity"))
+    assert angle == pytest.approx(case["final"][0], rel=SHARE, abs=SHARE)
+    assert velocity == pytest.approx(case["final"][1], rel=SHARE, abs=10.0 * SHARE)
 
 
 @pytest.mark.parametrize(("name", "effect", "static", "kinetic"), PLACES)
 def test_one_value_is_the_number_to_the_bit(
     name: str, effect: str, static: str, kinetic: str
 ) -> None:
-    data = shipped(name)
+    data = shipped(name, solver__duration=0.7)
     number = data["effects"][effect].get(kinetic, data["effects"][effect][static])
-    key = f"effects__{effect}__{kinetic}"
-    short = changed(data, solver__duration=0.7)
-    one = simulate(changed(short, **{key: number}))
-    for values in ({"speed": [0.0], "value": [number]}, {"speed": [1, 2], "value": [number] * 2}):
-        other = simulate(changed(short, **{key: values}))
+    forms = (number, {"speed": [0.0], "value": [number]}, {"speed": [1, 2], "value": [number] * 2})
+    one, *others = (simulate(changed(data, **{f"effects__{effect}__{kinetic}": x})) for x in forms)
+    for other in others:
         assert one.statistics.steps == other.statistics.steps
         for channel, expected in one.channels.items():
             assert np.array_equal(other.channels[channel], expected), channel
 
 
-@pytest.mark.parametrize("form", CURVES)
-@pytest.mark.parametrize(("name", "effect", "static", "kinetic"), PLACES)
-def test_the_schema_for_editors_takes_all_forms(
-    name: str, effect: str, static: str, kinetic: str, form: str
-) -> None:
-    data = with_curve(name, effect, static, kinetic, form)
-    schema = jsonschema.Draft202012Validator(fs.schema(data["kind"]))
-    assert schema.is_valid(data)
-    fs.load(data)
-    data["effects"][effect][kinetic]["speeds"] = 1.0
-    assert not schema.is_valid(data)
+@pytest.mark.parametrize("place", PLACES)
+def test_the_schema_for_editors_takes_all_forms(place: tuple[str, str, str, str]) -> None:
+    for form in CURVES:
+        data = with_curve(*place, form)
+        schema = jsonschema.Draft202012Validator(fs.schema(data["kind"]))
+        assert schema.is_valid(data)
+        fs.load(data)
+        data["effects"][place[1]][place[3]]["speeds"] = 1.0
+        assert not schema.is_valid(data)
 
 
 def test_a_couple_in_proportion_to_the_speed_is_viscous_damping() -> None:
@@ -178,7 +129,7 @@ def test_the_block_of_the_scenario_sticks_and_slips_as_by_an_independent_program
 
 @pytest.mark.parametrize("form", CURVES)
 def test_statics_take_the_value_at_the_speed_zero(form: str) -> None:
-    data = with_curve("pulley", *KEYS["pulley"], form)
+    data = with_curve(*PULLEY, form)
     statics = fs.static(data)
     # Both curves have static friction at rest.
     assert statics["friction_radius_kinetic"] == statics["friction_radius_static"]
@@ -189,54 +140,10 @@ def test_statics_take_the_value_at_the_speed_zero(form: str) -> None:
     assert fs.static(lower) == fs.static(number)
 
 
-def test_the_limit_of_a_slip_is_that_of_its_speed() -> None:
-    data = with_curve("pulley", *KEYS["pulley"], "points")
-    done = simulate(data)
-    journal, moves = data["effects"]["shaft_friction"], done.channels["mode"] != 0
-    radius, mu = journal["shaft_radius"], curve(journal["mu_k"], journal["mu_s"])
-    speeds = done.channels["angular_velocity"][moves]
-    factor = np.array([mu(radius * w) / hypot(1.0, mu(radius * w)) for w in speeds])
-    limit = radius * factor * done.channels["shaft_reaction"][moves]
-    torque = done.channels["friction_torque"][moves]
-    assert np.abs(torque) == pytest.approx(limit, rel=1e-13)
-    assert np.ptp(factor) > 0.05
-
-
-@pytest.mark.parametrize("seed", [2, 4, 6])
-def test_in_the_impact_of_a_rope_friction_is_that_at_the_speed_before_it(seed: int) -> None:
-    """The state after an impact is that of the closed form with the friction of that speed."""
-    data = FAMILIES["thrown"](seed)
-    journal = data["effects"]["shaft_friction"]
-    # The impacts are at speeds of the shaft up to some fifty radians a second.
-    fast = 50.0 * journal["shaft_radius"]
-    points = {"speed": [0.0, fast], "value": [journal["mu_s"], 0.1 * journal["mu_s"]]}
-    data = changed(data, effects__shaft_friction__mu_k=points)
-    mu, done, frictions = curve(points, journal["mu_s"]), sound(data), set()
-    for i, event in enumerate(done.transitions):
-        if event.mode_from != fs.results.SLACK:
-            continue
-        w, car, other = (
-            float(done.events[f"{name}_before"][i])
-            for name in ("angular_velocity", "car_velocity", "counterweight_velocity")
-        )
-        friction = mu(journal["shaft_radius"] * w)
-        lift = Lift.of(changed(data, effects__shaft_friction__mu_k=friction))
-        side = int(event.contact == "counterweight_rope")
-        taut = not int(done.events["slack_before"][i]) & (2 >> side)
-        state = State(mpf(0), mpf(w), mpf(0), mpf(car), mpf(0), mpf(other))
-        after = impact(lift, side, state, (taut, taut), lambda *log: None)
-        for name, expected in (("angular_velocity", after.w), ("car_velocity", after.v1)):
-            seen = float(done.events[f"{name}_after"][i])
-            assert seen == pytest.approx(float(expected), rel=1e-10, abs=1e-12)
-        frictions.add(friction)
-    assert min(frictions) < 0.95 * journal["mu_s"]
-
-
 @pytest.mark.parametrize("form", CURVES)
 def test_a_regularised_law_ends_on_the_curve(form: str) -> None:
     """Faster than 1.5 times the transition speed the limit is that of the speed."""
-    data = with_curve("pulley", *KEYS["pulley"], form)
-    data = with_method(data, "regularised", "rkf45")
+    data = with_method(with_curve(*PULLEY, form), "regularised", "rkf45")
     data = changed(data, effects__shaft_friction__transition_speed=1e-3, solver__duration=1.0)
     done, journal = simulate(data), data["effects"]["shaft_friction"]
     assert done.status == "done"
@@ -251,7 +158,7 @@ def test_a_regularised_law_ends_on_the_curve(form: str) -> None:
 
 @pytest.mark.parametrize("form", CURVES)
 def test_the_method_without_located_events_finds_the_same_motion(form: str) -> None:
-    data = changed(with_curve("pulley", *KEYS["pulley"], form), solver__duration=1.0)
+    data = changed(with_curve(*PULLEY, form), solver__duration=1.0)
     exact = simulate(changed(data, solver__rtol=1e-11))
     other = simulate(with_method(data, "set-valued", "rkf45"))
     assert [e.mode_to for e in other.transitions] == [e.mode_to for e in exact.transitions]
@@ -259,32 +166,30 @@ def test_the_method_without_located_events_finds_the_same_motion(form: str) -> N
 
 
 def test_the_published_law_has_the_curve_in_the_place_of_r_k() -> None:
-    data = with_curve("pulley", *KEYS["pulley"], "points")
-    data = changed(with_method(data, "published", "rkf45"), drive__force=4000.0)
+    data = with_method(with_curve(*PULLEY, "points"), "published", "rkf45")
+    data = changed(data, drive__force=4000.0)
     exact = changed(with_method(data, "set-valued", "events"), solver__rtol=1e-11)
-    published, exact = simulate(data), simulate(exact)
     # It slides in one direction, where eq 30 is the equation of motion.
-    assert published.channels["angle"][-1] == pytest.approx(exact.channels["angle"][-1], rel=1e-8)
+    one, other = (simulate(each).channels["angle"][-1] for each in (data, exact))
+    assert one == pytest.approx(other, rel=1e-8)
 
 
 def test_the_torque_of_uniform_rotation_is_that_of_the_speed() -> None:
-    data = with_curve("epicyclic", *KEYS["epicyclic"], "points")
-    data = changed(data, drive={"speed": 1.5}, effects__rolling_friction=None)
+    data = changed(with_curve(*GEAR, "points"), drive={"speed": 1.5})
+    data = changed(data, effects__rolling_friction=None)
     done, hinge = sound(data), data["effects"]["hinge_friction"]
-    mechanism = data["mechanism"]
-    ratio = mechanism["sun_radius"] / mechanism["planet_radius"]
+    ratio = data["mechanism"]["sun_radius"] / data["mechanism"]["planet_radius"]
     couple = ratio * curve(hinge["torque_kinetic"], hinge["torque_static"])(1.5 * ratio)
     mean = done.quantities["uniform_torque_mean_at_final_speed"].value
     assert mean == pytest.approx(couple, rel=1e-14)
     assert done.quantities["uniform_torque_mean"].value == ratio * hinge["torque_static"]
-    resisting = -done.channels["friction_torque"][1:]
-    assert resisting == pytest.approx(couple, rel=1e-13)
+    assert -done.channels["friction_torque"][1:] == pytest.approx(couple, rel=1e-13)
 
 
 def test_a_picture_shows_the_kinetic_circle_of_its_instant() -> None:
     """The reaction touches it while the pulley slips: its radius is torque over reaction."""
-    for name in ("pulley", "shaft"):
-        done = simulate(with_curve(name, *KEYS[name], "points"))
+    for place in PLACES[:2]:
+        done = simulate(with_curve(*place, "points"))
         (circle,) = (p for p in motion(done).parts if p.name == "kinetic friction circle")
         radii = np.linalg.norm(circle.points, axis=-1)
         assert np.ptp(radii, axis=1).max() < 1e-12 * radii.max()
@@ -294,15 +199,14 @@ def test_a_picture_shows_the_kinetic_circle_of_its_instant() -> None:
 
 
 def test_the_traction_of_a_cord_is_drawn_with_the_limit_of_its_slip() -> None:
-    result = fs.solve(with_curve("lift", "cord_friction", "mu_s", "mu_k", "points"))
+    result = fs.solve(with_curve(*PLACES[5], "points"))
     cord = result.record
     mu = curve({"speed": [0.0, 0.02, 0.2], "value": [0.127, 0.0635, 0.1016]}, 0.127)
-    figure = result.plot("traction")
     (limit,) = (
-        line for line in figure.axes[0].lines if len(line.get_ydata()) == len(cord.time)
+        line for line in result.plot("traction").axes[0].lines
+        if len(line.get_ydata()) == len(cord.time)
         and line.get_linestyle() != "-" and np.min(line.get_ydata()) > 1.0
     )  # fmt: skip
     radius = result.scenario.mechanism.cord_radius
     slip = cord.channels["car_velocity"] - radius * cord.channels["angular_velocity"]
-    expected = [exp(mu(v) * pi) for v in slip]
-    assert limit.get_ydata() == pytest.approx(expected, rel=1e-12)
+    assert limit.get_ydata() == pytest.approx([exp(mu(v) * pi) for v in slip], rel=1e-12)

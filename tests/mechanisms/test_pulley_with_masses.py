@@ -1,19 +1,22 @@
-"""A pulley with masses on its cord against closed forms."""
+"""A pulley with masses on its cord against closed forms: friction, slip, slack, torques."""
 
-from math import exp, hypot, log, pi
+from math import copysign, exp, hypot, log, pi
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
 
 import frictionsim as fs
-from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT, Record
-from tests.support.lift_reference import solve
+from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT, Quantity
 from tests.support.lifts import (
     CORD,
     GRAVITY,
     SHAFT,
     changes,
     events,
+    gap_rates,
     grips,
     lift,
     ramp,
@@ -27,22 +30,21 @@ R_S, R_K = 0.05 * 0.3 / hypot(1.0, 0.3), 0.05 * 0.2 / hypot(1.0, 0.2)
 EPS = 1e-12
 
 
-def balance(direction: int, torque: float, force: float = 0.0) -> tuple[float, float, float]:
+def balance(direction: int, torque: float) -> tuple[float, float, float]:
     """Return acceleration and tensions of a taut cord: the three equations, solved as they are."""
     r_f = direction * R_K
     matrix = [
         [INERTIA, R + r_f, -R + r_f],  # I w' = (T2 - T1) r + tau - s r_k (T1 + T2)
         [M1 * R, -1.0, 0.0],  # m1 r w' = T1 - m1 g
-        [M2 * R, 0.0, 1.0],  # m2 r w' = P + m2 g - T2
+        [M2 * R, 0.0, 1.0],  # m2 r w' = m2 g - T2
     ]
-    solution = np.linalg.solve(matrix, [torque, -M1 * GRAVITY, force + M2 * GRAVITY])
+    solution = np.linalg.solve(matrix, [torque, -M1 * GRAVITY, M2 * GRAVITY])
     return float(solution[0]), float(solution[1]), float(solution[2])
 
 
 @pytest.mark.parametrize(("torque", "direction"), [(0.0, BACKWARD), (150.0, FORWARD)])
 def test_masses_and_friction_accelerate_as_the_equations_say(torque: float, direction: int) -> None:
-    data = lift(drive__torque=torque, effects__shaft_friction=SHAFT)
-    result = solved(data)
+    result = solved(lift(drive__torque=torque, effects__shaft_friction=SHAFT))
     acceleration, t1, t2 = balance(direction, torque)
     assert events(result) == [("shaft", STICK, direction)]
     channels, time = result.channels, result.time
@@ -51,21 +53,6 @@ def test_masses_and_friction_accelerate_as_the_equations_say(torque: float, dire
     assert channels["rope_tension_counterweight"][1:] == pytest.approx(t2, rel=EPS)
     assert channels["shaft_reaction"][1:] == pytest.approx(t1 + t2, rel=EPS)
     assert channels["friction_torque"][1:] == pytest.approx(-direction * R_K * (t1 + t2), rel=EPS)
-    travel = 0.5 * R * acceleration * 4.0
-    assert result.quantities["car_travel"].value == pytest.approx(travel, abs=1e-11)
-    assert result.quantities["car_acceleration_max"].value == pytest.approx(
-        R * abs(acceleration), rel=EPS
-    )
-
-
-def test_an_atwood_machine_without_friction_falls_as_in_the_textbook() -> None:
-    result = solved(lift(mechanism__inertia=1e-9))
-    fall = -GRAVITY * (M1 - M2) / (M1 + M2)
-    assert result.channels["car_acceleration"] == pytest.approx(fall, rel=1e-9)
-    assert result.channels["car_position"][-1] == pytest.approx(0.5 * fall * 4.0, rel=1e-9)
-    assert result.channels["counterweight_position"][-1] == pytest.approx(-2.0 * fall, rel=1e-9)
-    tension = 2.0 * M1 * M2 * GRAVITY / (M1 + M2)
-    assert result.quantities["rope_tension_car_max"].value == pytest.approx(tension, rel=1e-9)
 
 
 @pytest.mark.parametrize("side", ["lift", "hold"])
@@ -83,12 +70,10 @@ def test_the_force_of_the_statics_is_the_limit_of_rest(side: str) -> None:
 
 
 def test_a_cord_slips_at_the_ratio_of_euler_and_eytelwein_and_keeps_it() -> None:
-    slipping = CORD | {"mu_k": CORD["mu_s"]}
-    locked = {"shaft_radius": 0.2, "mu_s": 1.0, "mu_k": 0.9}
     data = lift(
         drive={"force": ramp((0.0, 200.0), (1.0, 1200.0))},
-        effects__shaft_friction=locked,
-        effects__cord_friction=slipping,
+        effects__shaft_friction={"shaft_radius": 0.2, "mu_s": 1.0, "mu_k": 0.9},
+        effects__cord_friction=CORD | {"mu_k": CORD["mu_s"]},
     )
     result = solved(data)
     ratio = exp(0.12 * pi)
@@ -102,13 +87,10 @@ def test_a_cord_slips_at_the_ratio_of_euler_and_eytelwein_and_keeps_it() -> None
     ratios = channels["rope_tension_counterweight"][slips] / channels["rope_tension_car"][slips]
     assert ratios == pytest.approx(ratio, rel=EPS)
     # Until the end of the ramp (m2 + E m1) x'' = m2 P' t E/(...) grows with the time from start.
-    t = result.time[slips & (result.time <= 1.0)] - start
-    jerk = 1000.0 / (M2 + ratio * M1)
-    assert channels["cord_slip"][slips & (result.time <= 1.0)] == pytest.approx(
-        jerk * t**3 / 6.0, abs=1e-11
-    )
+    rising = slips & (result.time <= 1.0)
+    slip = 1000.0 / (M2 + ratio * M1) * (result.time[rising] - start) ** 3 / 6.0
+    assert channels["cord_slip"][rising] == pytest.approx(slip, abs=1e-11)
     assert np.all(channels["angle"] == 0.0)
-    assert result.quantities["cord_slip_max"].value == channels["cord_slip"][-1]
 
 
 def test_a_cord_that_slips_turns_by_its_kinetic_ratio() -> None:
@@ -151,44 +133,36 @@ def angle_of_a_cord_that_sticks(car: float) -> float:
     limit = GRAVITY * (r * (car - other) - r_f * (car + other))
     rising = 2.0 - (limit + 28.0) / slope  # s, from breakaway to the end of the ramp
     inertia = 0.2 + car * r * (r - r_f) + other * r * (r + r_f)
-    at_ramp_end = rising**3 / 6.0 + rising**2 / 2.0
-    return slope * (at_ramp_end + rising / 2.0) / inertia
+    return slope * (rising**3 / 6.0 + rising**2 / 2.0 + rising / 2.0) / inertia
 
 
-def test_a_cord_within_its_limit_does_not_slip_where_the_shaft_gives_way() -> None:
-    assert angle_of_a_cord_that_sticks(33.0) == pytest.approx(-1.465, abs=5e-4)
-    for car in np.linspace(31.0, 35.0, 60):
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_cord_within_its_limit_does_not_slip_where_the_shaft_gives_way(way: int) -> None:
+    for car in np.linspace(31.0, 35.0, 7):
+        torque = ramp((0.0, -28.0 * way), (2.0, -45.0 * way))
+        result = solved(grips(float(car), torque, mirrored=way < 0))
+        assert events(result) == [("shaft", STICK, -way)]
+        # Cubic in time: the steps leave roundoff, some 1e-14 rad.
         expected = angle_of_a_cord_that_sticks(float(car))
-        for way in (1, -1):
-            torque = ramp((0.0, -28.0 * way), (2.0, -45.0 * way))
-            result = solved(grips(float(car), torque, mirrored=way < 0))
-            assert events(result) == [("shaft", STICK, -way)]
-            # Cubic in time: the steps leave roundoff, some 1e-14 rad.
-            assert way * result.channels["angle"][-1] == pytest.approx(expected, abs=1e-12)
+        assert way * result.channels["angle"][-1] == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize(
     ("keys", "expected"),
     [
         (
-            {
-                "drive__torque": ramp((0.0, 0.0), (1.0, 40.0)),
-                "effects__shaft_friction": SHAFT,
-                "effects__cord_friction": {"mu_s": 0.05, "mu_k": 0.02},
-            },
+            {"drive__torque": ramp((0.0, 0.0), (1.0, 40.0)), "effects__shaft_friction": SHAFT,
+             "effects__cord_friction": {"mu_s": 0.05, "mu_k": 0.02}},
             [("shaft", STICK, FORWARD), ("cord", STICK, BACKWARD)],
         ),
         (
             {"drive": {"force": ramp((0.0, 50.0), (0.8, 0.0), (1.2, -100.0))}},
-            [
-                ("car_rope", TAUT, SLACK),
-                ("counterweight_rope", TAUT, SLACK),
-                ("car_rope", SLACK, TAUT),
-            ],
+            [("car_rope", TAUT, SLACK), ("counterweight_rope", TAUT, SLACK),
+             ("car_rope", SLACK, TAUT)],
         ),
     ],
     ids=["from rest", "moving"],
-)
+)  # fmt: skip
 def test_a_load_that_vanishes_at_one_instant_is_no_chattering(
     keys: Scenario, expected: list[tuple[str, int, int]]
 ) -> None:
@@ -198,87 +172,26 @@ def test_a_load_that_vanishes_at_one_instant_is_no_chattering(
     assert len(set(times(result))) == 1
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.5])
-def test_slack_and_impacts_of_a_car_alone_are_those_of_the_reference(restitution: float) -> None:
-    data = lift(
-        drive__torque=ramp((0.0, 600.0), (1.0, -400.0), (2.0, 1600.0)),
-        effects__hanging_masses__counterweight=0.0,
-        effects__hanging_masses__restitution=restitution,
-    )
-    result, exact = solved(data), solve(data)
-    transitions, expected = changes(result, "car rope"), exact.of("car rope")
-    assert [change[1:3] for change in transitions] == [change[1:3] for change in expected]
-    assert [t for t, *_ in transitions] == pytest.approx([t for t, *_ in expected], abs=1e-10)
-    # T1 = m1 (g + r w') = 0, with w' = (tau - m1 g r)/(I + m1 r^2) taut.
-    assert transitions[0][0] == pytest.approx((600.0 + GRAVITY * INERTIA / R) / 1000.0, abs=1e-11)
-    slack = (result.time > transitions[0][0]) & (result.time < times(result)[1])
-    assert result.channels["rope_tension_car"][slack] == pytest.approx(0.0, abs=1e-12)
-    rates = [
-        result.events[f"car_velocity_{side}"] - R * result.events[f"angular_velocity_{side}"]
-        for side in ("before", "after")
-    ]
-    hits = [i for i, event in enumerate(result.transitions) if event.mode_from == SLACK]
-    speeds = [float(speed) for _, _, speed, *_ in exact.impacts]
-    assert -rates[0][hits] == pytest.approx(speeds, rel=1e-9)
-    rebounds = [speed * restitution * (speed >= 1e-3) for speed in speeds]
-    assert rates[1][hits] == pytest.approx(rebounds, rel=1e-9, abs=1e-12)
-    lost = sum(float(loss) for *_, loss, _ in exact.impacts)
-    assert result.channels["energy_impact"][-1] == pytest.approx(lost, rel=1e-9)
-    if not restitution:
-        assert result.warnings == (
-            "the car rope goes slack once, at 0.67848 s; retightening is modelled as the impact of"
-            " a rigid rope: its force is undefined, and the energy lost depends on restitution",
-        )
-
-
 def test_bounces_end_below_the_capture_speed() -> None:
+    masses = {"car": M1, "counterweight": 0.0, "restitution": 0.5, "capture_speed": 0.01}
     data = lift(
         drive__torque=ramp((0.0, 600.0), (1.0, -400.0), (1.2, 300.0)),
-        effects__hanging_masses__counterweight=0.0,
-        effects__hanging_masses__restitution=0.5,
-        effects__hanging_masses__capture_speed=0.01,
+        effects__hanging_masses=masses,
         solver__duration=4.0,
     )
     result = solved(data)
-    taken = [i for i, e in enumerate(result.transitions) if e.mode_from == SLACK]
-    rates = [
-        float(
-            result.events["car_velocity_before"][i]
-            - R * result.events["angular_velocity_before"][i]
-        )
-        for i in taken
-    ]
-    assert len(taken) > 4
-    assert all(rate < -0.01 for rate in rates[:-1])
+    hits = [i for i, e in enumerate(result.transitions) if e.mode_from == SLACK]
+    rates = gap_rates(result, R, "before")["car_rope"][hits]
+    assert len(hits) > 4
+    assert all(rates[:-1] < -0.01)
     assert -0.01 < rates[-1] < 0.0
-    assert result.transitions[taken[-1]].mode_to == TAUT
-
-
-def test_a_plain_pulley_may_be_turned_by_a_torque() -> None:
-    load, arm = 200.0, 0.25
-    data: Scenario = {
-        "kind": "pulley",
-        "mechanism": {"cord_radius": arm, "inertia": 2.0, "load": load},
-        "drive": {"torque": ramp((0.0, 48.0), (1.0, 88.0))},
-        "effects": {"shaft_friction": SHAFT},
-        "solver": {"duration": 1.0},
-    }
-    result = solved(data)
-    limit = load * (arm + R_S)
-    assert result.quantities["torque_to_lift"].value == pytest.approx(limit, rel=EPS)
-    assert times(result) == [pytest.approx((limit - 48.0) / 40.0, abs=1e-12)]
-    work = result.channels["energy_input"][-1]
-    assert work > 0.0
-    assert np.all(result.channels["shaft_reaction"] == load)
-    quantities = fs.static(data)
-    assert quantities["torque_to_hold"].value == pytest.approx(load * (arm - R_S), rel=EPS)
+    assert result.transitions[hits[-1]].mode_to == TAUT
 
 
 def test_a_load_beside_the_car_is_left_out_or_zero() -> None:
     left_out = lift(effects__shaft_friction=SHAFT)
-    zero = changed(left_out, mechanism__load=0.0)
     assert "load" not in left_out["mechanism"]
-    one, other = solved(left_out), solved(zero)
+    one, other = solved(left_out), solved(changed(left_out, mechanism__load=0.0))
     for name, channel in one.channels.items():
         assert np.array_equal(channel, other.channels[name]), name
     # A result holds the load as 0: its scenario loads again.
@@ -290,14 +203,134 @@ def test_a_load_beside_the_car_is_left_out_or_zero() -> None:
 
 def test_slack_of_both_ropes_is_a_warning_of_each() -> None:
     points = ((0.0, 0.0), (0.3, 900.0), (0.5, -900.0), (0.9, 900.0), (1.4, -900.0), (2.0, 0.0))
-    result: Record = solved(lift(drive__torque=ramp(*points), output__interval=0.02))
-    taken = {
-        name: [e.time for e in result.transitions if e.contact == name and e.mode_from == TAUT]
-        for name in ("car_rope", "counterweight_rope")
-    }
-    assert [len(times) for times in taken.values()] == [3, 2]
-    assert [text.partition(";")[0] for text in result.warnings if "slack" in text] == [
-        f"the car rope goes slack 3 times, first at {taken['car_rope'][0]:.6g} s",
-        "the counterweight rope goes slack 2 times, first at"
-        f" {taken['counterweight_rope'][0]:.6g} s",
+    result = solved(lift(drive__torque=ramp(*points), output__interval=0.02))
+    first = [
+        [t for t, before, _, _ in changes(result, rope) if before == TAUT]
+        for rope in ("car_rope", "counterweight_rope")
     ]
+    assert [len(times) for times in first] == [3, 2]
+    assert [text.partition(";")[0] for text in result.warnings if "slack" in text] == [
+        f"the car rope goes slack 3 times, first at {first[0][0]:.6g} s",
+        f"the counterweight rope goes slack 2 times, first at {first[1][0]:.6g} s",
+    ]
+
+
+# --- which contact gives way at the start: the one that is beyond its limit
+
+
+def of_two(torque: Any, masses: tuple[float, float], *contacts: Any, **mechanism: float) -> Any:
+    """Return the run of a lift of which shaft and cord could each be the one to slip."""
+    cord, shaft = contacts
+    data = lift(
+        mechanism=mechanism,
+        drive__torque=torque,
+        effects__hanging_masses={"car": masses[0], "counterweight": masses[1]},
+        effects__cord_friction=dict(zip(("mu_s", "mu_k"), cord, strict=True)),
+        effects__shaft_friction=dict(zip(("shaft_radius", "mu_s", "mu_k"), shaft, strict=True)),
+        solver__duration=1.0,
+    )
+    return solved(data)
+
+
+@pytest.mark.parametrize("torque", [44.0, 48.0])
+def test_a_load_at_once_gives_way_where_a_load_that_comes_quickly_does(torque: float) -> None:
+    runs = [
+        of_two(drive, (90.0, 50.0), (0.25, 0.127), (0.0636, 0.155, 0.147),
+               cord_radius=0.16, inertia=0.9)
+        for drive in (torque, {"time": [0.0, 1e-6], "value": [49.5, torque]})
+    ]  # fmt: skip
+    for run in runs:
+        assert [event.contact for event in run.transitions] == ["shaft"]
+        assert run.quantities["cord_slip_max"].value == 0.0
+    # The ramp takes some 1e-6 s, of motion over 1 s.
+    end, expected = (run.channels["angle"][-1] for run in runs)
+    assert end == pytest.approx(expected, rel=1e-4)
+
+
+def test_two_contacts_that_give_way_at_the_start_pass_the_audit() -> None:
+    """Either would hold if the other did; here the cord is beyond its limit, and then the shaft."""
+    run = of_two(-161.676, (74.49028338371194, 191.51925754389023), (0.2974, 0.24344),
+                 (0.048187, 0.26605, 0.25351), cord_radius=0.117984, inertia=0.605019)  # fmt: skip
+    assert [event.time for event in run.transitions][:2] == [0.0, 0.0]
+
+
+# --- torques of a lift whose cord slips: none where its `traction_margin` is below 1
+
+OF_REST = ("torque_to_lift", "torque_to_hold")
+OF_MOTION = ("torque_to_keep_lifting", "torque_to_keep_lowering")
+
+
+def gripped(
+    masses: tuple[float, float], mu_s: float, mu_k: float, torque: float, **keys: Any
+) -> Any:
+    plain = {"car": masses[0], "counterweight": masses[1], "g": GRAVITY}
+    cord = {"mu_s": mu_s, "mu_k": mu_k, "wrap_deg": 180.0}
+    effects = {"effects__hanging_masses": plain, "effects__cord_friction": cord}
+    return lift(drive__torque=torque, solver__duration=1.0, **effects, **keys)
+
+
+def values(of: dict[str, Quantity]) -> dict[str, Any]:
+    return {name: quantity.value for name, quantity in of.items()}
+
+
+@pytest.mark.parametrize(
+    ("masses", "mu_s", "mu_k"),
+    [((100.0, 80.0), 0.0, 0.0), ((90.0, 40.0), 0.1, 0.02), ((30.0, 200.0), 0.4, 0.3)],
+)
+@pytest.mark.parametrize("share", [1.2, 30.0])
+def test_no_torque_lifts_or_holds_masses_whose_cord_slips(
+    masses: tuple[float, float], mu_s: float, mu_k: float, share: float
+) -> None:
+    # Against the heavier side, which the cord's friction alone is too little for.
+    car, counterweight = masses
+    data = gripped(masses, mu_s, mu_k, share * R * GRAVITY * (car - counterweight))
+    static, run = values(fs.static(data)), values(solved(data).quantities)
+    assert static["traction_margin"] < 1.0
+    assert [static[name] for name in OF_REST + OF_MOTION] == [None] * 4
+    assert [run[name] for name in OF_REST] == [None] * 2
+    # What the run does instead: the lighter side has the kinetic ratio less than the heavier.
+    ratio = exp(copysign(mu_k * pi, car - counterweight))
+    fall = 0.5 * GRAVITY * (car - counterweight * ratio) / (car + counterweight * ratio)
+    # Of a constant acceleration, exact but for the rounding of the steps.
+    assert run["car_travel"] == pytest.approx(-fall, rel=1e-9)
+
+
+@settings(max_examples=8)
+@given(
+    masses=st.tuples(st.floats(10.0, 1000.0), st.floats(10.0, 1000.0)),
+    mu_s=st.floats(0.0, 0.5),
+    slower=st.floats(0.0, 1.0),
+    mu=st.floats(0.05, 0.5),
+)
+def test_a_torque_is_none_exactly_where_the_cord_slips(
+    masses: tuple[float, float], mu_s: float, slower: float, mu: float
+) -> None:
+    # With one coefficient of the shaft, the pulley starts without a jerk, which would slip too.
+    shaft = {"effects__shaft_friction": {"shaft_radius": 0.05, "mu_s": mu, "mu_k": mu}}
+    static = fs.static(gripped(masses, mu_s, mu_s * slower, 0.0, **shaft))
+    margin: Any = static["traction_margin"].value
+    assume(not 0.999999 < margin < 1.02)  # nearer, the acceleration of the test may slip
+    torques: list[Any] = [static[name].value for name in OF_REST + OF_MOTION]
+    assert [torque is None for torque in torques] == [margin < 1.0] * 4
+    assert [("slips at any torque" in note) for note in static.notes] == [True] * (margin < 1.0)
+    if margin < 1.0:
+        return
+    to_lift, to_hold, *_ = torques
+    bit = 1e-3 * (to_lift - to_hold)
+    for torque, way in ((to_lift - bit, 0), (to_lift + bit, 1), (to_hold - bit, -1)):
+        run = solved(gripped(masses, mu_s, mu_s * slower, torque, **shaft))
+        assert np.sign(run.quantities["car_travel"].value) == way
+
+
+@pytest.mark.parametrize(("name", "speed"), [(OF_MOTION[0], 1.0), (OF_MOTION[1], -1.0)])
+def test_a_cord_that_sticks_to_a_turning_pulley_keeps_its_load_moving(
+    name: str, speed: float
+) -> None:
+    # Between the limits: the ratio at rest, 1.25, is above exp(mu_k phi), and below exp(mu_s phi).
+    keys: Any = {"mechanism__initial_angular_velocity": speed, "effects__shaft_friction": SHAFT}
+    torque = fs.static(gripped((M1, M2), 0.1, 0.04, 0.0, **keys))[name].value
+    assert torque is not None
+    run = values(solved(gripped((M1, M2), 0.1, 0.04, torque, **keys)).quantities)
+    # The balance of the torques is exact but for rounding.
+    assert run["car_travel"] == pytest.approx(speed * R, rel=1e-9)
+    assert run["cord_slip_max"] == 0.0

@@ -1,12 +1,9 @@
-"""Kinetic friction over the speed, as scenarios have it, for independent programs; drawn curves."""
+"""Kinetic friction over the speed, as scenarios have it, for independent programs."""
 
 from collections.abc import Callable
-from random import Random
 from typing import Any
 
 import numpy as np
-
-Table = dict[str, Any]
 
 
 def curve(kinetic: Any, static: float) -> Callable[[float], float]:
@@ -39,22 +36,3 @@ def corners(kinetic: Any) -> list[float]:
         scale, exponent = kinetic["stribeck"]["speed"], kinetic["stribeck"]["exponent"]
         return [scale * x ** (1.0 / exponent) for x in (0.3, 3.0, 30.0)]
     return [x for x in kinetic["speed"] if x]
-
-
-def drawn_curve(rng: Random, static: float, speed: float, fast: str = "mu_c") -> Table:
-    """Return points or a Stribeck curve that change over speeds of a size."""
-    if rng.random() < 0.5:
-        return {
-            "stribeck": {
-                fast: static * rng.uniform(0.2, 0.95),
-                "speed": speed * 10.0 ** rng.uniform(-1.5, 0.5),
-                "exponent": rng.choice([0.7, 1.0, 2.0, rng.uniform(0.8, 3.0)]),
-            }
-        }
-    count = rng.randint(1, 5)
-    speeds = sorted(speed * 10.0 ** rng.uniform(-2.0, 0.5) for _ in range(count))
-    values = [static * rng.uniform(0.2, 1.5) for _ in range(count)]
-    if rng.random() < 0.7:
-        speeds = [0.0, *speeds]
-        values = [static, *values]
-    return {"speed": speeds, "value": [min(values[0], static), *values[1:]]}

@@ -1,9 +1,12 @@
 """Pulleys with masses on their cords, as data, for tests."""
 
+import json
 from typing import Any
 
+import pytest
+
 from frictionsim.results import Record
-from tests.support.scenarios import Scenario, changed, run_anew
+from tests.support.scenarios import ROOT, Scenario, changed, run_anew
 
 GRAVITY = 9.81
 
@@ -60,18 +63,39 @@ def times(result: Record) -> list[float]:
     return [e.time for e in result.transitions]
 
 
-CONTACTS = ("shaft", "cord", "car rope", "counterweight rope")
-TAUT, SLACK = 3, 4  # modes of a rope
+def lift_cases() -> dict[str, Any]:
+    """Return lifts with their motion in closed form, by name; see tests/data/README.md."""
+    rows = json.loads((ROOT / "tests" / "data" / "lift_cases.json").read_text())
+    return {row["name"]: row for row in rows}
+
+
+LIFTS = lift_cases()
+ROPES = ("car_rope", "counterweight_rope")
+
+
+def drawn(name: str, **changes: Any) -> Scenario:
+    """Return the scenario of a stored case: of each regime some drawn ones."""
+    return changed(LIFTS[name]["scenario"], **changes)
+
+
+def assert_events(done: Record, name: str, time: float, angle: float) -> None:
+    """Compare the changes of each contact with those of a case, times in s and angles in rad."""
+    for contact in ("shaft", "cord", *ROPES):
+        wanted = [(t, *modes, q) for t, c, *modes, q in LIFTS[name]["events"] if c == contact]
+        seen = changes(done, contact)
+        assert [e[1:3] for e in seen] == [e[1:3] for e in wanted]
+        assert [e[0] for e in seen] == pytest.approx([e[0] for e in wanted], abs=time)
+        assert [e[-1] for e in seen] == pytest.approx([e[-1] for e in wanted], abs=angle)
 
 
 def changes(done: Record, contact: str) -> list[tuple[float, int, int, float]]:
-    """Return the changes of one contact: time, mode before, mode after, angle in rad.
+    """Return the changes of one contact: time, mode before, mode after, angle in rad."""
+    found = [e for e in done.transitions if e.contact == contact and e.mode_from != e.mode_to]
+    return [(e.time, e.mode_from, e.mode_to, e.position) for e in found]
 
-    A rope has mode 1 where it is slack. Impacts of a rope that stays slack are left out.
-    """
-    mode = {-1: -1, 0: 0, 1: 1, TAUT: 0, SLACK: 1}
-    return [
-        (e.time, mode[e.mode_from], mode[e.mode_to], e.position)
-        for e in done.transitions
-        if e.contact == contact.replace(" ", "_") and e.mode_from != e.mode_to
-    ]
+
+def gap_rates(done: Record, radius: float, side: str) -> dict[str, Any]:
+    """Return the rates of the gaps at all events, m/s, before or after them, by rope."""
+    rim = radius * done.events[f"angular_velocity_{side}"]
+    car, other = (done.events[f"{name}_velocity_{side}"] for name in ("car", "counterweight"))
+    return {"car_rope": car - rim, "counterweight_rope": other + rim}

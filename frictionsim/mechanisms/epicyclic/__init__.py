@@ -1,11 +1,10 @@
 """An epicyclic gear on a fixed sun. See `epicyclic.equation`."""
 
-from frictionsim.mechanisms.epicyclic.channels import CHANNELS as CHANNELS
-from frictionsim.mechanisms.epicyclic.channels import PANELS as PANELS
 from frictionsim.mechanisms.epicyclic.equation import build as build
-from frictionsim.mechanisms.epicyclic.equation import uniform_torque_mean as uniform_torque_mean
+from frictionsim.mechanisms.epicyclic.equation import statics as statics
+from frictionsim.mechanisms.epicyclic.schema import CHANNELS as CHANNELS
+from frictionsim.mechanisms.epicyclic.schema import PANELS as PANELS
 from frictionsim.mechanisms.epicyclic.schema import EpicyclicScenario
-from frictionsim.mechanisms.epicyclic.statics import statics as statics
 from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import simulation_of
 

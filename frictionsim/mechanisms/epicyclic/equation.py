@@ -53,9 +53,10 @@ class Constants(NamedTuple):
         The largest moment of the weights; `published` counts the weight of the planet twice.
     G_2, mass_length : float, N and kg m
         Weight of the planet, and its centripetal force over phi'^2.
-    static, kinetic : float, N m
-        Couple of the hinge on the crank: M_A r1/r2, `published` M_A lambda; 0 without it.
-    static_lever, lever : float, m
+    static, couple : float and OverSpeed, N m
+        Couple of the hinge on the crank: M_A r1/r2, `published` M_A lambda; 0 without it. In
+        motion it is over phi', rad/s.
+    static_lever, lever : float and OverSpeed, m
         f lambda; 0 without rolling friction.
     is_radial : bool
         The load of the mesh has the centripetal force in it.
@@ -67,65 +68,58 @@ class Constants(NamedTuple):
     G_2: float
     mass_length: float
     static: float
-    kinetic: float
+    couple: OverSpeed
     static_lever: float
-    lever: float
+    lever: OverSpeed
     is_radial: bool
     parts: tuple[str, ...]
 
+    def load(self, q: float, v: float) -> float:
+        """Return the radial load of the mesh, whose size is N, of phi and phi'."""
+        return self.G_2 * sin(q) - (self.mass_length * v * v if self.is_radial else 0.0)
+
 
 def constants_of(scenario: EpicyclicScenario) -> Constants:
-    """Return the constants of the equation of a scenario, those of motion at the speed zero."""
+    """Return the constants of the equation of a scenario."""
     geometry, effects = scenario.mechanism, scenario.effects
     hinge, rolling = effects.hinge_friction, effects.rolling_friction
-    L, turns = geometry.length, abs(geometry.planet_speed_ratio)
-    g = effects.gravity.g if effects.gravity else 0.0
-    G_2, is_published = geometry.planet_mass * g, geometry.formulation == "published"
-    K = (0.5 * geometry.crank_mass * g + G_2) * L
+    turns, is_published = abs(geometry.planet_speed_ratio), geometry.formulation == "published"
     ratio = turns if is_published else geometry.sun_radius / geometry.planet_radius
+    g = effects.gravity.g if effects.gravity else 0.0
+    G_2 = geometry.planet_mass * g
+    K = (0.5 * geometry.crank_mass * g + G_2) * geometry.length
     is_radial = rolling is not None and rolling.normal_load == "radial"
     parts = {"hinge": hinge is not None, "mesh": rolling is not None and (is_radial or G_2 > 0.0)}
+    couple = over_speed(hinge.torque_kinetic, hinge.torque_static) if hinge else over_speed(0.0, 0)
+    arm = over_speed(rolling.rolling_arm, rolling.arm) if rolling else over_speed(0.0, 0.0)
     return Constants(
-        K + G_2 * L if is_published else K,
+        K + G_2 * geometry.length if is_published else K,
         G_2,
-        geometry.planet_mass * L,
+        geometry.planet_mass * geometry.length,
         hinge.torque_static * ratio if hinge else 0.0,
-        over_speed(hinge.torque_kinetic, hinge.torque_static).at_rest * ratio if hinge else 0.0,
+        couple.of(ratio, lambda x: x * ratio),
         rolling.arm * turns if rolling else 0.0,
-        over_speed(rolling.rolling_arm, rolling.arm).at_rest * turns if rolling else 0.0,
+        arm.of(turns, lambda x: x * turns),
         is_radial,
         tuple(name for name, is_there in parts.items() if is_there),
     )
 
 
-def curves_of(scenario: EpicyclicScenario) -> tuple[OverSpeed, OverSpeed]:
-    """Return `kinetic` and `lever` of the consistent equation over phi', rad/s."""
-    geometry, effects = scenario.mechanism, scenario.effects
-    hinge, rolling = effects.hinge_friction, effects.rolling_friction
-    turns, ratio = abs(geometry.planet_speed_ratio), geometry.sun_radius / geometry.planet_radius
-    couple = over_speed(
-        hinge.torque_kinetic if hinge else 0.0, hinge.torque_static if hinge else 0.0
-    )
-    arm = over_speed(rolling.rolling_arm if rolling else 0.0, rolling.arm if rolling else 0.0)
-    return couple.of(ratio, lambda x: x * ratio), arm.of(turns, lambda x: x * turns)
-
-
 def build(scenario: EpicyclicScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
     geometry, effects, drive = scenario.mechanism, scenario.effects, scenario.drive
-    constants = constants_of(scenario)
-    speed = scenario.given_speed
+    constants, speed = constants_of(scenario), scenario.given_speed
     system_of: Any = OneCoordinate if speed is None else partial(OneAtSpeed, speed)
-    K, load = constants.K, _load(constants)
+    K = constants.K
     terms = [Term(lambda M_O, q, v: M_O, INPUT)]
     if effects.gravity:
         terms.append(Term(lambda M_O, q, v: -K * cos(q), potential=lambda q: K * sin(q)))
     friction, surfaces = None, ()
     following: dict[str, Callable[[float, float], float]] = {}
     if constants.parts and geometry.formulation == "consistent":
-        friction, surfaces = _friction(scenario, constants, load)
+        friction, surfaces = _friction(scenario, constants)
     elif constants.parts:
-        couple, rolling = constants.kinetic, constants.lever * constants.G_2
+        couple, rolling = constants.couple.at_rest, constants.lever.at_rest * constants.G_2
 
         def resistance(q: float, v: float) -> float:
             return -couple - rolling * sin(q)
@@ -137,11 +131,10 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
         opposed = friction.kinetic(0.0, q, v, 1, 0.0) if friction else 0.0
         return opposed - system.torque(0.0, q, v)
 
-    following["uniform_torque"] = uniform_torque
     planet = geometry.planet_speed_ratio
-    following["planet_velocity"] = lambda q, v: planet * v
+    following |= {"uniform_torque": uniform_torque, "planet_velocity": lambda q, v: planet * v}
     if effects.rolling_friction:
-        following["normal_load"] = lambda q, v: abs(load(q, v))
+        following["normal_load"] = lambda q, v: abs(constants.load(q, v))
     if effects.tracer_point:
         path = path_of(scenario)
         L, turns, rho, psi_0 = path.length, path.turns, path.rho, path.psi_0
@@ -167,16 +160,8 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
     )
 
 
-def _load(constants: Constants) -> Callable[[float, float], float]:
-    """Return the radial load of the mesh, of (phi, phi'), whose size is N."""
-    G_2, mass_length = constants.G_2, constants.mass_length
-    if constants.is_radial:
-        return lambda q, v: G_2 * sin(q) - mass_length * v * v
-    return lambda q, v: G_2 * sin(q)
-
-
 class Unloading(NamedTuple):
-    """The surface on which a radial load of (phi, phi') changes its sign."""
+    """The surface on which the radial load of the mesh changes its sign."""
 
     load: Callable[[float, float], float]
     event: str = ""
@@ -187,47 +172,44 @@ class Unloading(NamedTuple):
 
 
 def _friction(
-    scenario: EpicyclicScenario, constants: Constants, load: Callable[[float, float], float]
+    scenario: EpicyclicScenario, constants: Constants
 ) -> tuple[Friction, tuple[Any, ...]]:
     """Return the dry friction of hinge and mesh, as far as they are there, and its surfaces."""
-    static, kinetic = constants.static, constants.kinetic
-    static_lever, lever = constants.static_lever, constants.lever
+    static, couple = constants.static, constants.couple
+    static_lever, lever, load = constants.static_lever, constants.lever, constants.load
+    kinetic, arm = couple.at_rest, lever.at_rest
     largest = constants.K + static + static_lever * constants.G_2
-    surfaces: tuple[Any, ...] = (MultiplesOf(pi),)
-    if constants.is_radial:
-        surfaces = (Unloading(load),)
     friction = Friction(
         "+".join(constants.parts),
         static=lambda M_O, q: static + static_lever * abs(load(q, 0.0)),
-        kinetic=lambda M_O, q, v, s, M: kinetic + lever * abs(load(q, v)),
+        kinetic=lambda M_O, q, v, s, M: kinetic + arm * abs(load(q, v)),
         roundoff=lambda M_O, q: ROUNDING * (abs(M_O) + largest),
+        surfaces=couple.surfaces(1) + lever.surfaces(1),
         **scenario.law_of_contact.law_of_contact(),
     )
-    if "mesh" not in constants.parts:
-        surfaces = ()
+    if friction.surfaces:
+        friction = friction._replace(
+            kinetic=lambda M_O, q, v, s, M: couple.at(v) + lever.at(v) * abs(load(q, v))
+        )
+    elif "mesh" not in constants.parts:
         friction = friction._replace(
             static=lambda M_O, q: static, kinetic=lambda M_O, q, v, s, M: kinetic
         )
-    couple, arm = curves_of(scenario)
-    if couple.varies or arm.varies:
-        friction = friction._replace(
-            kinetic=lambda M_O, q, v, s, M: couple.at(v) + arm.at(v) * abs(load(q, v)),
-            surfaces=couple.surfaces(1) + arm.surfaces(1),
-        )
-    return friction, surfaces
+    if "mesh" not in constants.parts:
+        return friction, ()
+    return friction, (Unloading(load) if constants.is_radial else MultiplesOf(pi),)
 
 
 def path_of(scenario: EpicyclicScenario) -> TracerPath:
     """Return the path of the tracer point of a scenario that has one."""
-    geometry, point = scenario.mechanism, scenario.effects.tracer_point
-    assert point is not None
-    return TracerPath(geometry, point)
+    assert scenario.effects.tracer_point is not None
+    return TracerPath(scenario.mechanism, scenario.effects.tracer_point)
 
 
 def _quantities(scenario: EpicyclicScenario, samples: Samples) -> Quantities:
     """Return the torques of uniform rotation, cusps, dwell and swing."""
-    values = uniform_torques(scenario)
-    depends = constants_of(scenario).is_radial or any(c.varies for c in curves_of(scenario))
+    values, constants = uniform_torques(scenario), constants_of(scenario)
+    depends = constants.is_radial or constants.couple.varies or constants.lever.varies
     if depends and samples.time.size:
         torque = uniform_torque_mean(scenario, float(samples["angular_velocity"][-1]))
         values["uniform_torque_mean_at_final_speed"] = Quantity(torque, "N m")
@@ -264,7 +246,7 @@ def uniform_torques(scenario: EpicyclicScenario) -> Quantities:
     one is C - sqrt(K^2 + F^2) at pi + atan(F/K).
     """
     constants, (angle, _) = constants_of(scenario), start_of(scenario)
-    C, K, F = constants.kinetic, constants.K, constants.lever * constants.G_2
+    C, K, F = constants.couple.at_rest, constants.K, constants.lever.at_rest * constants.G_2
     least, at, load = C - K, pi, abs(sin(angle))
     if scenario.mechanism.formulation == "published":
         least, at, load = C - hypot(K, F), pi + atan2(F, K), sin(angle)
@@ -281,21 +263,40 @@ def uniform_torques(scenario: EpicyclicScenario) -> Quantities:
 def uniform_torque_mean(scenario: EpicyclicScenario, speed: float) -> float:
     """Return the mean torque over a turn for uniform forward rotation of the crank, N m.
 
-    speed = 0 is the limit of slow rotation; the torque depends on the speed with `radial`, and with
-    friction over the speed. Gravity has no mean. Eq 28 as published: M_A lambda. Consistent:
-    M_A r1/r2 + f <N> lambda, with <|a sin phi - b|> = b for b >= a, else
-    2/pi (sqrt(a^2 - b^2) + b asin(b/a)), where a = G_2 and b = m_2 L phi'^2 (`radial`, at the given
-    speed) or 0 (`weight`).
-
-    Parameters
-    ----------
-    scenario : EpicyclicScenario
-    speed : float, rad/s
+    Gravity has no mean. Eq 28 as published: M_A lambda. Consistent: M_A r1/r2 + f <N> lambda, with
+    <|a sin phi - b|> = b for b >= a, else 2/pi (sqrt(a^2 - b^2) + b asin(b/a)), where a = G_2 and
+    b = m_2 L phi'^2 (`radial`, at the given speed, rad/s) or 0 (`weight`).
     """
     constants = constants_of(scenario)
     if scenario.mechanism.formulation == "published":
-        return constants.kinetic
+        return constants.couple.at_rest
     a, b = constants.G_2, constants.mass_length * speed * speed if constants.is_radial else 0.0
     load = b if b >= a else 2.0 / pi * (sqrt(a * a - b * b) + b * asin(b / a))
-    couple, lever = curves_of(scenario)
-    return couple.at(speed) + lever.at(speed) * load
+    return constants.couple.at(speed) + constants.lever.at(speed) * load
+
+
+def statics(scenario: EpicyclicScenario) -> Quantities:
+    """Return the torques of impending motion at the initial angle, and of uniform rotation.
+
+    The published equation has no rest, and so no impending motion.
+    """
+    system, gear, values = build(scenario).system, scenario.mechanism, dict[str, Quantity]()
+    other = "consistent" if gear.formulation == "published" else "published"
+    changed = scenario.model_copy(
+        update={"mechanism": gear.model_copy(update={"formulation": other})}
+    )
+    if gear.formulation == "consistent":
+        angle, friction = system.start[0], system.friction
+        balance = -system.torque(0.0, angle, 0.0)
+        limit = friction.static(0.0, angle) if friction else 0.0
+        values["torque_to_start_forward"] = Quantity(balance + limit, "N m")
+        values["torque_to_start_backward"] = Quantity(balance - limit, "N m")
+    return {
+        **values,
+        **uniform_torques(scenario),
+        f"uniform_torque_mean_{other}": Quantity(uniform_torque_mean(changed, 0.0), "N m"),
+        "gravity_moment": Quantity(constants_of(scenario).K, "N m"),
+        "inertia": Quantity(gear.inertia, "kg m^2"),
+        "planet_speed_ratio": Quantity(gear.planet_speed_ratio, "1"),
+        **(path_of(scenario).quantities() if scenario.effects.tracer_point else {}),
+    }

@@ -1,4 +1,4 @@
-"""The tables of a scenario of kind `epicyclic`."""
+"""The scenario of kind `epicyclic`: its tables and channels."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, Self
@@ -6,8 +6,7 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from frictionsim.mechanisms.effects import Gravity
-from frictionsim.mechanisms.epicyclic.channels import CHANNELS
-from frictionsim.mechanisms.single_dof import SingleDofScenario
+from frictionsim.mechanisms.single_dof import SingleDofScenario, base_channels
 from frictionsim.results import Channel
 from frictionsim.scenario.kinetic_friction import (
     KineticArm,
@@ -18,6 +17,22 @@ from frictionsim.scenario.kinetic_friction import (
 from frictionsim.scenario.methods import REGULARISED, SET_VALUED
 from frictionsim.scenario.schema import FrictionLaw, Params, inconsistent, unit_field
 from frictionsim.scenario.signal_tables import TimeSignal
+
+CHANNELS = base_channels("crank") | {
+    "angle": Channel("rad", "angle of the crank from the horizontal"),
+    "planet_velocity": Channel("rad/s", "angular velocity of the planet"),
+    "drive_torque": Channel("N m", "torque on the crank"),
+    "uniform_torque": Channel("N m", "torque that would turn the crank uniformly forward here"),
+    "normal_load": Channel("N", "load of the rolling friction at the mesh"),
+    "friction_torque": Channel("N m", "friction of hinge and mesh, on the crank"),
+    "tracer_x": Channel("m", "horizontal place of the tracer point"),
+    "tracer_y": Channel("m", "vertical place of the tracer point"),
+    "energy_input": Channel("J", "work of the torque on the crank"),
+    "energy_kinetic": Channel("J", "kinetic energy of crank and planet"),
+    "energy_potential": Channel("J", "potential energy of the weights in the equation"),
+    "energy_friction": Channel("J", "heat of hinge and mesh"),
+}
+PANELS = ("drive_torque", "uniform_torque", "friction_torque", "angular_velocity", "angle")
 
 
 class EpicyclicParameters(Params):

@@ -31,13 +31,15 @@ from typing import Any
 
 from frictionsim.mechanisms.effects import ROUNDING, journal_friction, viscous_damping
 from frictionsim.mechanisms.journal import journal_channels
-from frictionsim.mechanisms.marble_machine.schema import MarbleMachineScenario
+from frictionsim.mechanisms.marble_machine.schema import (
+    MarbleMachineParameters,
+    MarbleMachineScenario,
+)
 from frictionsim.mechanisms.marble_machine.statics import (
     GearMesh,
     impending_motion_torques,
     mesh_of,
 )
-from frictionsim.mechanisms.marble_machine.tables import MarbleMachineParameters
 from frictionsim.mechanisms.single_dof import MultiplesOf, one_coordinate, start_of
 from frictionsim.results import STICK, Quantities, Quantity
 from frictionsim.scenario.signal_tables import signal_from
@@ -50,7 +52,7 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
     geometry, effects = scenario.mechanism, scenario.effects
     k, p, n, m = geometry.gear_ratio, geometry.pitch, geometry.carried, geometry.marble_mass
-    R, g = geometry.marble_circle_radius, effects.gravity.g if effects.gravity else 0.0
+    R, g = geometry.marble_circle_radius, effects.g
     J = effects.motor_inertia.inertia if effects.motor_inertia else 0.0
     I = geometry.gear_inertia + n * m * R**2 + k * k * J  # noqa: E741
     weight = (geometry.gear_mass + n * m) * g
@@ -103,7 +105,7 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
     )
 
     def quantities(samples: Samples) -> Quantities:
-        values = impending_motion_torques(geometry, effects, scenario.drive.motor)
+        values = impending_motion_torques(scenario)
         if samples.time.size:
             cell, span = samples["angle"] // p, float(samples.time[-1])
             values["marbles_delivered"] = Quantity(float(cell.max() - cell[0]), "1")

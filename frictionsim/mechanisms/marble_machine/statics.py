@@ -1,18 +1,20 @@
-"""The statics of a marble machine: its tooth forces, and the torques between which it rests."""
+"""The statics of a marble machine: its tooth forces, and the torques between which it rests.
 
-from collections.abc import Callable
-from math import cos as cosine
-from math import hypot, pi, radians, sqrt
-from math import sin as sine
-from typing import NamedTuple
+At a transfer, n + 1 marbles are on the gear, the first and the last without a torque. Between
+transfers there are n, with the largest torque half a pitch after a transfer.
+"""
 
-from frictionsim.mechanisms.effects import ROUNDING
-from frictionsim.mechanisms.marble_machine.tables import (
-    MarbleMachineEffects,
-    MarbleMachineParameters,
-    MotorTable,
-)
+from math import cos, hypot, pi, radians, sin, sqrt
+from typing import TYPE_CHECKING, NamedTuple
+
+from frictionsim.mechanisms.effects import ROUNDING, radii_of
 from frictionsim.results import Quantities, Quantity, StaticQuantities
+
+if TYPE_CHECKING:
+    from frictionsim.mechanisms.marble_machine.schema import (
+        MarbleMachineParameters,
+        MarbleMachineScenario,
+    )
 
 GRAM_FORCE_CENTIMETRE = 9.80665e-5  # N m
 
@@ -24,12 +26,12 @@ class GearMesh(NamedTuple):
     c_y: float
 
 
-def mesh_of(geometry: MarbleMachineParameters) -> GearMesh:
+def mesh_of(geometry: "MarbleMachineParameters") -> GearMesh:
     """Return the components of the tooth force per torque on the pinion."""
     alpha = radians(geometry.pressure_angle_deg)
     direction = radians(geometry.mesh_azimuth_deg) + 0.5 * pi + alpha
-    force = 1.0 / (geometry.pinion_radius * cosine(alpha))
-    return GearMesh(force * cosine(direction), -force * sine(direction))
+    force = 1.0 / (geometry.pinion_radius * cos(alpha))
+    return GearMesh(force * cos(direction), -force * sin(direction))
 
 
 class RestLimits(NamedTuple):
@@ -39,84 +41,66 @@ class RestLimits(NamedTuple):
     hold: float
 
 
-def limit_torques(
-    k: float, radius: float, mesh: GearMesh, applied_torque: float, weight: float
+def limits_at(
+    scenario: "MarbleMachineScenario", radius: float, moment: float, marbles: int
 ) -> RestLimits:
-    """Solve |k T_p - M| = r_f R_shaft(T_p) for T_p, eq 24.
+    """Solve |k T - M| = r_f R_shaft(T) for the torque T of the pinion, eq 24.
 
     (k^2 - r_f^2 c^2) T^2 - 2 (k M + r_f^2 W c_y) T + M^2 - r_f^2 W^2 = 0,  c^2 = c_z^2 + c_y^2
 
     with the discriminant r_f^2 ((c M)^2 + 2 k M W c_y + (k W)^2 - (r_f W c_z)^2), which has no
-    cancellation if the friction is small. `shaft.balance.roots_of` solves eq 24 for any loads; its
-    roots differ in the last digits.
+    cancellation if the friction is small. Of a constant normal load N it is k T = M +- r_f N.
 
     Parameters
     ----------
-    k : float
-        Gear ratio.
+    scenario : MarbleMachineScenario
     radius : float, m
-        Friction radius.
-    mesh : GearMesh
-    applied_torque : float, N m
-        M_L.
-    weight : float, N
+        Friction radius r_f.
+    moment : float, N m
+        M of the marbles.
+    marbles : int
+        On the gear, whose weights are W.
 
     Returns
     -------
     RestLimits
         If `hold` is negative, friction alone holds the load.
     """
+    geometry, k, journal = (
+        scenario.mechanism,
+        scenario.mechanism.gear_ratio,
+        (scenario.effects.shaft_friction),
+    )
+    weight = (geometry.gear_mass + marbles * geometry.marble_mass) * scenario.effects.g
+    c_z, c_y = mesh_of(geometry)
+    if journal is not None and journal.normal_load is not None:
+        weight, c_z, c_y = journal.normal_load, 0.0, 0.0
     # Products, not powers: those of extreme numbers are infinite, where powers raise an error.
-    c_2 = mesh.c_z * mesh.c_z + mesh.c_y * mesh.c_y
+    c_2 = c_z * c_z + c_y * c_y
     a = k * k - radius * radius * c_2
     if a <= 0.0:
         return RestLimits(None, 0.0)
-    b = k * applied_torque + radius * radius * weight * mesh.c_y
-    inner = c_2 * applied_torque * applied_torque
-    inner += 2.0 * k * applied_torque * weight * mesh.c_y
-    lifted, sideways = k * weight, radius * weight * mesh.c_z
+    b = k * moment + radius * radius * weight * c_y
+    lifted, sideways = k * weight, radius * weight * c_z
+    inner = c_2 * moment * moment + 2.0 * k * moment * weight * c_y
     inner += lifted * lifted - sideways * sideways
     root = radius * sqrt(max(inner, 0.0))
     return RestLimits((b + root) / a, (b - root) / a)
 
 
-def limits_at(
-    geometry: MarbleMachineParameters, effects: MarbleMachineEffects, friction_radius: float
-) -> Callable[[float, int], RestLimits]:
-    """Return the limits as a function of the moment of the marbles, N m, and of their number.
-
-    A constant normal load N takes the place of the reaction: k T_p = M +- r_f N.
-    """
-    journal, mesh = effects.shaft_friction, mesh_of(geometry)
-    g = effects.gravity.g if effects.gravity else 0.0
-
-    def limits(moment: float, marbles: int) -> RestLimits:
-        weight = (geometry.gear_mass + marbles * geometry.marble_mass) * g
-        return limit_torques(geometry.gear_ratio, friction_radius, mesh, moment, weight)
-
-    if journal is None or journal.normal_load is None:
-        return limits
-    load = journal.normal_load
-    return lambda moment, marbles: limit_torques(
-        geometry.gear_ratio, friction_radius, GearMesh(0.0, 0.0), moment, load
-    )
+def moments_of(geometry: "MarbleMachineParameters", g: float) -> tuple[float, float]:
+    """Return the moments of the marbles at a transfer and the largest, N m."""
+    half, lift = 0.5 * geometry.pitch, geometry.marble_mass * g * geometry.marble_circle_radius
+    return lift * cos(half) / sin(half), lift / sin(half)
 
 
-def impending_motion_torques(
-    geometry: MarbleMachineParameters, effects: MarbleMachineEffects, motor: MotorTable | None
-) -> Quantities:
-    """Return the torques to lift and to hold: at a transfer, as in the paper, and the largest.
-
-    At a transfer, n + 1 marbles are on the gear, the first and the last without a torque. Between
-    transfers there are n, with the largest torque half a pitch after a transfer.
-    """
-    journal = effects.shaft_friction
-    radius = journal.static_radius if journal else 0.0
-    g = effects.gravity.g if effects.gravity else 0.0
-    half, limits = 0.5 * geometry.pitch, limits_at(geometry, effects, radius)
-    lift = geometry.marble_mass * g * geometry.marble_circle_radius
-    at_transfer = limits(lift * cosine(half) / sine(half), geometry.carried + 1)
-    between = limits(lift / sine(half), geometry.carried)
+def impending_motion_torques(scenario: "MarbleMachineScenario") -> Quantities:
+    """Return the torques to lift and to hold: at a transfer, as in the paper, and the largest."""
+    geometry, motor = scenario.mechanism, scenario.drive.motor
+    r_s, _ = radii_of(scenario.effects.shaft_friction)
+    moment, largest = moments_of(geometry, scenario.effects.g)
+    at_transfer = limits_at(scenario, r_s, moment, geometry.carried + 1)
+    between = limits_at(scenario, r_s, largest, geometry.carried)
     worst = max(at_transfer, between, key=lambda limits: limits.lift or 0.0)
     held = max(at_transfer.hold, between.hold)
     quantities = {
@@ -137,44 +121,40 @@ def impending_motion_torques(
     return quantities
 
 
-def statics_of(
-    geometry: MarbleMachineParameters, effects: MarbleMachineEffects, motor: MotorTable | None
-) -> StaticQuantities:
+def statics(scenario: "MarbleMachineScenario") -> StaticQuantities:
     """Return the torques of impending motion on the pinion (eq 24) and their components."""
-    journal = effects.shaft_friction
-    mesh, g = mesh_of(geometry), effects.gravity.g if effects.gravity else 0.0
-    half = 0.5 * geometry.pitch
-    lift = geometry.marble_mass * g * geometry.marble_circle_radius
-    moments = {"": lift * cosine(half) / sine(half), "_worst": lift / sine(half)}
-    quantities = StaticQuantities(impending_motion_torques(geometry, effects, motor))
-    steady = limits_at(geometry, effects, journal.kinetic_radius if journal else 0.0)
-    for where, moment in moments.items():
-        lifting, lowering = steady(moment, geometry.carried)
+    geometry, g, n = scenario.mechanism, scenario.effects.g, scenario.mechanism.carried
+    (c_z, c_y), (r_s, r_k) = mesh_of(geometry), radii_of(scenario.effects.shaft_friction)
+    moment, largest = moments_of(geometry, g)
+    quantities = StaticQuantities(impending_motion_torques(scenario))
+    for where, at in (("", moment), ("_worst", largest)):
+        lifting, lowering = limits_at(scenario, r_k, at, n)
         quantities[f"torque_to_keep_lifting{where}"] = Quantity(lifting, "N m")
         quantities[f"torque_to_keep_lowering{where}"] = Quantity(lowering, "N m")
-    weight = (geometry.gear_mass + (geometry.carried + 1) * geometry.marble_mass) * g
+    weight = (geometry.gear_mass + (n + 1) * geometry.marble_mass) * g
     for way in ("lift", "hold"):
         torque = quantities[f"torque_to_{way}"].value
-        if torque is not None:
-            force, sideways, down = (
-                torque / geometry.pinion_radius,
-                mesh.c_z * torque,
-                mesh.c_y * torque,
-            )
-            quantities[f"tooth_force_tangential_to_{way}"] = Quantity(force, "N")
-            quantities[f"tooth_force_radial_to_{way}"] = Quantity(force * geometry.tooth_slope, "N")
-            quantities[f"shaft_force_sideways_to_{way}"] = Quantity(sideways, "N")
-            quantities[f"shaft_force_down_to_{way}"] = Quantity(weight + down, "N")
-            quantities[f"shaft_reaction_to_{way}"] = Quantity(hypot(sideways, weight + down), "N")
+        if torque is None:
+            continue
+        force, sideways = torque / geometry.pinion_radius, c_z * torque
+        down = weight + c_y * torque
+        for name, value in (
+            ("tooth_force_tangential", force),
+            ("tooth_force_radial", force * geometry.tooth_slope),
+            ("shaft_force_sideways", sideways),
+            ("shaft_force_down", down),
+            ("shaft_reaction", hypot(sideways, down)),
+        ):
+            quantities[f"{name}_to_{way}"] = Quantity(value, "N")
     quantities.notes = (
         "torques to lift and to hold act on the pinion, load torques on the gear against its angle",
-        f"torques to lift and to hold at a transfer are those of {geometry.carried + 1} marbles,"
-        f" torques to keep lifting and lowering those of the {geometry.carried} of the motion",
+        f"torques to lift and to hold at a transfer are those of {n + 1} marbles,"
+        f" torques to keep lifting and lowering those of the {n} of the motion",
     )
-    quantities["load_torque_at_transfer"] = Quantity(moments[""], "N m")
-    quantities["load_torque_worst"] = Quantity(moments["_worst"], "N m")
-    quantities["angle_of_the_worst"] = Quantity(half, "rad")
-    quantities["friction_radius_static"] = Quantity(journal.static_radius if journal else 0.0, "m")
-    quantities["mesh_force_sideways_per_torque"] = Quantity(mesh.c_z, "1/m")
-    quantities["mesh_force_down_per_torque"] = Quantity(mesh.c_y, "1/m")
+    quantities["load_torque_at_transfer"] = Quantity(moment, "N m")
+    quantities["load_torque_worst"] = Quantity(largest, "N m")
+    quantities["angle_of_the_worst"] = Quantity(0.5 * geometry.pitch, "rad")
+    quantities["friction_radius_static"] = Quantity(r_s, "m")
+    quantities["mesh_force_sideways_per_torque"] = Quantity(c_z, "1/m")
+    quantities["mesh_force_down_per_torque"] = Quantity(c_y, "1/m")
     return quantities

@@ -19,14 +19,13 @@ from functools import partial
 from math import hypot, sqrt
 from typing import Any
 
-from frictionsim.mechanisms.effects import ROUNDING, journal_friction, viscous_damping
+from frictionsim.mechanisms.effects import ROUNDING, journal_friction, radii_of, viscous_damping
 from frictionsim.mechanisms.journal import journal_channels
 from frictionsim.mechanisms.pulley.schema import PulleyScenario
-from frictionsim.mechanisms.pulley.statics import impending_motion_forces, limit_torques
+from frictionsim.mechanisms.pulley.statics import impending_motion
 from frictionsim.mechanisms.single_dof import one_coordinate, start_of
 from frictionsim.scenario.kinetic_friction import Corners
 from frictionsim.scenario.signal_tables import signal_and_curve
-from frictionsim.simulation.mechanism import Samples
 from frictionsim.solvers.prescribed import OneAtSpeed
 from frictionsim.solvers.system import INPUT, OneCoordinate, Term
 
@@ -54,7 +53,7 @@ def build(scenario: PulleyScenario) -> Any:
         reaction,
         roundoff=lambda u, q: ROUNDING * (lever * abs(u) + r_e * W),
     )
-    r_s = effects.shaft_friction.static_radius if effects.shaft_friction else 0.0
+    r_s, _ = radii_of(effects.shaft_friction)
     system = system_of(
         drive,
         None if curve is None else lambda t, q, w: drive(t) + curve(w),
@@ -68,12 +67,13 @@ def build(scenario: PulleyScenario) -> Any:
         recorded=lambda u, q, w, a: [u, reaction(u, q)],
     )
 
-    def quantities(samples: Samples) -> Any:
-        return limit_torques(scenario) if by_torque else impending_motion_forces(scenario)
-
-    derived = journal_channels(effects.shaft_friction, scenario.mechanism.inertia)
-    prescribed = speed is not None
-    return one_coordinate(scenario, system, quantities, prescribed=prescribed, derived=derived)
+    return one_coordinate(
+        scenario,
+        system,
+        lambda samples: impending_motion(scenario),
+        prescribed=speed is not None,
+        derived=journal_channels(effects.shaft_friction, scenario.mechanism.inertia),
+    )
 
 
 def _reaction(load: float, by_torque: bool, vertical: bool) -> Callable[[float, float], float]:

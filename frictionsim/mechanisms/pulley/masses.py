@@ -32,17 +32,16 @@ References
 """
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING
 from frictionsim.mechanisms.journal import journal_channels
 from frictionsim.mechanisms.pulley.rope_impact import shock
 from frictionsim.mechanisms.pulley.schema import LiftParameters, PulleyScenario
-from frictionsim.mechanisms.pulley.statics import impending_motion_of_lift
+from frictionsim.mechanisms.pulley.statics import impending_motion
 from frictionsim.mechanisms.single_dof import start_of
 from frictionsim.results import FORWARD, SLACK, STICK, Check, Quantity, Transition
-from frictionsim.scenario.kinetic_friction import Corners, OverSpeed, in_motion
+from frictionsim.scenario.kinetic_friction import Corners, in_motion
 from frictionsim.scenario.signal_tables import extremes, signal_and_curve
 from frictionsim.simulation.mechanism import ContactColumns, Mechanism, Samples
 from frictionsim.solvers.prescribed import DRIVE, Segment
@@ -50,7 +49,6 @@ from frictionsim.solvers.system import INPUT, MARGINS, Contact
 
 if TYPE_CHECKING:
     from frictionsim.results import Quantities
-    from frictionsim.scenario.signals import Signal
 
 CORD, CAR_ROPE, COUNTERWEIGHT_ROPE = "cord", "car_rope", "counterweight_rope"
 ROPES = {CAR_ROPE: "car", COUNTERWEIGHT_ROPE: "counterweight"}
@@ -58,19 +56,14 @@ TENSIONS = ("rope_tension_car", "rope_tension_counterweight")
 # A tension at the located start of slack is below zero by the roundoff of the location.
 TENSION_ROUNDOFF = 1e-12
 Margins = tuple[float, float, float]
+# P + m2 g, N; tau - b w, N m; what `Lift.shift` returns, m; w' where there is no shift, rad/s^2.
+Acting = tuple[float, float, float | None, float]
+# w', the accelerations of the other coordinates, T1 and T2.
+Tensions = tuple[float, list[float], float, float]
 
 
 class Balance(NamedTuple):
-    """The forces at an instant.
-
-    Attributes
-    ----------
-    u : float, N or N m
-        The drive.
-    a : list of float
-        Accelerations of the coordinates.
-    T, t1, t2 : float, N m and N
-    """
+    """The drive u, the accelerations of the coordinates, T, N m, and the tensions, N."""
 
     u: float
     a: list[float]
@@ -84,20 +77,6 @@ class Lift:
 
     The coordinates are the angle, rad, and gaps or the slip, m. The shaft, if it has friction, is
     the first contact.
-
-    Parameters
-    ----------
-    n : LiftParameters
-    drive : Signal
-        The force P on the cord, N, or the torque tau on the pulley, N m.
-    start : (float, float), rad and rad/s
-    has_damping : bool
-        Whether there is viscous damping.
-    radius, ratio : OverSpeed or None
-        r_k over w, and the kinetic ratio of tensions over the rate of slip; None of a shaft without
-        friction, and of a cord that cannot slip.
-    curve : Signal or None
-        A torque over w, which adds to that of the drive.
 
     Attributes
     ----------
@@ -116,45 +95,38 @@ class Lift:
     own_heat: str
     tension_roundoff = 0.0  # of a tension at which a rope falls slack, N
 
-    def __init__(
-        self,
-        n: LiftParameters,
-        drive: "Signal",
-        start: tuple[float, float],
-        has_damping: bool = False,
-        radius: OverSpeed | None = None,
-        ratio: OverSpeed | None = None,
-        curve: "Signal | None" = None,
-    ) -> None:
-        has_shaft = radius is not None
-        self.n, self.drive, self.first = n, drive, 1 if has_shaft else 0
-        self._loads, w = _loads(n, drive, curve, has_damping), self.coordinates
-        self._shift, self.radius, self.ratio = _shift(radius), radius, ratio
+    def __init__(self, scenario: PulleyScenario) -> None:
+        effects, n = scenario.effects, scenario.lift_parameters
+        journal, cord, count = effects.shaft_friction, effects.cord_friction, self.coordinates
+        self.n, self.first = n, 1 if journal else 0
+        self._given = n.by_torque, n.weight_2, n.damping
+        self.drive, self.curve = signal_and_curve(scenario.drive.given or 0.0)
+        self.radius = journal.radius_over_speed if journal else None
+        self.ratio: Any = cord.ratio_over_speed if cord else None
         self.surfaces: tuple[Any, ...] = (
-            *(radius.surfaces(w) if radius else ()),
-            *(ratio.surfaces(w + 1) if ratio else ()),
-            *([Corners(w, curve.corners())] if curve else []),
+            *(self.radius.surfaces(count) if self.radius else ()),
+            *(self.ratio.surfaces(count + 1) if self.ratio else ()),
+            *([Corners(count, self.curve.corners())] if self.curve else []),
         )
         powers: dict[str, Callable[[Balance, list[float]], float]] = {
             INPUT: (lambda f, v: f.u * v[0]) if n.by_torque else self._power_of_force
         }
-        if has_damping:
+        if effects.viscous_damping is not None:
             powers["energy_damping"] = lambda f, v: n.damping * v[0] * v[0]
-        if has_shaft:
+        if journal:
             powers["energy_friction"] = lambda f, v: -f.T * v[0]
         powers[self.own_heat] = self.own_loss
         self.energies, self._powers = tuple(powers), tuple(powers.values())
-        rest = [0.0 for _ in range(self.coordinates - 1)]
-        self.start = [start[0], *rest, start[1], *rest, *[0.0 for _ in powers]]
+        (angle, velocity), rest = start_of(scenario), [0.0 for _ in range(count - 1)]
+        self.start = [angle, *rest, velocity, *rest, *[0.0 for _ in powers]]
         self.impact_heat = len(self.start) - 1
         self._at_start = self.stored(self.start)
         motion = ("angle", "angular_velocity", "friction_torque", "mode")
-        shaft = (ContactColumns(CONTACT_NAME, *motion, *MARGINS),) if has_shaft else ()
+        shaft = (ContactColumns(CONTACT_NAME, *motion, *MARGINS),) if journal else ()
         self.contact_columns = (*shaft, *self.own_contacts)
         names = ("angle", *self.positions, "angular_velocity", *self.rates_of_positions)
-        places = {name: i for i, name in enumerate(names)}
         self.contacts = tuple(
-            Contact(c.name, places[c.position], not c.backward) for c in self.contact_columns
+            Contact(c.name, names.index(c.position), not c.backward) for c in self.contact_columns
         )
         self._dry = [i for i, contact in enumerate(self.contacts) if not contact.is_rope]
         self.columns = (
@@ -164,20 +136,13 @@ class Lift:
             *("shaft_reaction", *TENSIONS, "car_position", "car_velocity", "car_acceleration"),
             *("counterweight_position", "counterweight_velocity"),
             *("energy_kinetic", "energy_potential"),
-            *(["friction_torque", *MARGINS] if has_shaft else []),
+            *(["friction_torque", *MARGINS] if journal else []),
             *self.own_columns,
             *(c.mode for c in self.contact_columns),
         )
 
-    def tensions(
-        self, v: list[float], pull: float, torque: float, shift: float | None, modes: list[int],
-        a: float = 0.0,
-    ) -> tuple[float, list[float], float, float]:  # fmt: skip
-        """Return w', the accelerations of the other coordinates, T1 and T2.
-
-        Of the rates, P + m2 g, N, tau - b w, N m, and what `_shift` returns; without a shift, w'
-        is a.
-        """
+    def tensions(self, v: list[float], modes: list[int], acting: Acting) -> Tensions:
+        """Return accelerations and tensions, of the rates of the coordinates."""
         raise NotImplementedError
 
     def heights(self, q: list[float]) -> tuple[float, float]:
@@ -196,11 +161,24 @@ class Lift:
         """Return what is recorded of the contacts other than the shaft."""
         raise NotImplementedError
 
+    def loads(self, t: float, w: float) -> tuple[float, float, float]:
+        """Return the drive u, P + m2 g, N, and tau - b w, N m."""
+        (by_torque, weight, b), u = self._given, self.drive(t)
+        if self.curve is not None:
+            u += self.curve(w)
+        return (u, weight, u - b * w) if by_torque else (u, weight + u, -b * w)
+
+    def shift(self, modes: list[int], w: float) -> float | None:
+        """Return s r_k, m, by which friction shifts the arms; None at rest."""
+        if self.radius is None:
+            return 0.0
+        return None if modes[0] == STICK else modes[0] * self.radius.at(w)
+
     def balance(self, t: float, v: list[float], modes: list[int]) -> Balance:
         """Return the forces, of the rates of the coordinates."""
-        u, pull, torque = self._loads(t, v[0])
-        shift = self._shift(modes, v[0])
-        a, others, t1, t2 = self.tensions(v, pull, torque, shift, modes)
+        u, pull, torque = self.loads(t, v[0])
+        shift = self.shift(modes, v[0])
+        a, others, t1, t2 = self.tensions(v, modes, (pull, torque, shift, 0.0))
         T = -((t2 - t1) * self.n.r + torque) if shift is None else -shift * (t1 + t2)
         return Balance(u, [a, *others], T, t1, t2)
 
@@ -275,45 +253,11 @@ class Lift:
         return -f.u * self.heights(v)[1]
 
 
-def _loads(
-    n: LiftParameters, drive: "Signal", curve: "Signal | None", has_damping: bool
-) -> Callable[[float, float], tuple[float, float, float]]:
-    """Return a function of (t, w): the drive, P + m2 g, N, and tau - b w, N m."""
-    weight, b, by_torque = n.weight_2, n.damping, n.by_torque
-
-    def loads(t: float, w: float) -> tuple[float, float, float]:
-        u = drive(t)
-        return (u, weight, u) if by_torque else (u, weight + u, 0.0)
-
-    def of_motor(t: float, w: float) -> tuple[float, float, float]:
-        u = drive(t) + curve(w)  # type: ignore[misc]
-        return u, weight, u
-
-    given = loads if curve is None else of_motor
-
-    def damped(t: float, w: float) -> tuple[float, float, float]:
-        u, pull, torque = given(t, w)
-        return u, pull, torque - b * w
-
-    return damped if has_damping else given
-
-
-def _shift(radius: OverSpeed | None) -> Callable[[list[int], float], float | None]:
-    """Return a function of modes and w: s r_k, m, by which friction shifts arms; None at rest."""
-    if radius is None:
-        return lambda modes, w: 0.0
-    r_k = radius.at_rest
-    if not radius.varies:
-        return lambda modes, w: None if modes[0] == STICK else modes[0] * r_k
-    return lambda modes, w: None if modes[0] == STICK else modes[0] * radius.at(w)
-
-
 def _rigid(
-    n: LiftParameters, pull: float, torque: float, shift: float | None, a: float,
-    taut_1: bool = True, taut_2: bool = True,
-) -> tuple[float, float, float]:  # fmt: skip
-    """Return w', T1 and T2 of a cord that does not slip; the arguments are of `Lift.tensions`."""
-    r, inertia, m1, m2, g = n[:5]
+    n: LiftParameters, acting: Acting, taut_1: bool = True, taut_2: bool = True
+) -> tuple[float, float, float]:
+    """Return w', T1 and T2 of a cord that does not slip."""
+    (pull, torque, shift, a), (r, inertia, m1, m2, g) = acting, n[:5]
     weight = m1 * g
     if shift is not None:
         arm_1, arm_2 = r + shift, r - shift
@@ -332,31 +276,14 @@ class RopeLift(Lift):
     """Masses whose ropes may fall slack; the coordinates are the angle and the gaps.
 
     A massless end has no gap, since its tension is P.
-
-    Parameters
-    ----------
-    n, others
-        See `Lift`.
-    restitution : float
-        e of an impact.
-    capture_speed : float, m/s
-        An impact with a slower rate has no restitution.
-    largest_force : float, N
-        Of all that act on a rope, for the roundoff of its tension.
     """
 
     own_heat = "energy_impact"
     own_columns = ("slack",)
 
-    def __init__(
-        self,
-        n: LiftParameters,
-        *others: Any,
-        restitution: float,
-        capture_speed: float,
-        largest_force: float,
-    ) -> None:
-        ropes = list(ROPES)[: 1 if n.m2 == 0.0 else 2]
+    def __init__(self, scenario: PulleyScenario) -> None:
+        masses: Any = scenario.effects.hanging_masses
+        ropes = list(ROPES)[: 1 if masses.other_side == 0.0 else 2]
         self.coordinates = 1 + len(ropes)
         self.positions = tuple(f"{name}_gap" for name in ropes)
         self.rates_of_positions = tuple(f"{name}_gap_rate" for name in ropes)
@@ -366,26 +293,19 @@ class RopeLift(Lift):
             )
             for name, tension in zip(ropes, TENSIONS, strict=False)
         )
-        self.restitution, self.capture_speed = restitution, capture_speed
-        self.tension_roundoff = ROUNDING * largest_force
-        super().__init__(n, *others)
+        self.restitution, self.capture_speed = masses.restitution, masses.capture_speed
+        force, torque = largest_loads(scenario)
+        self.tension_roundoff = ROUNDING * (force + torque / scenario.mechanism.cord_radius)
+        super().__init__(scenario)
 
-    def tensions(
-        self,
-        v: list[float],
-        pull: float,
-        torque: float,
-        shift: float | None,
-        modes: list[int],
-        a: float = 0.0,
-    ) -> tuple[float, list[float], float, float]:
+    def tensions(self, v: list[float], modes: list[int], acting: Acting) -> Tensions:
         n, first = self.n, self.first
         taut_1 = modes[first] != SLACK
         taut_2 = self.coordinates == 2 or modes[first + 1] != SLACK
-        a, t1, t2 = _rigid(n, pull, torque, shift, a, taut_1, taut_2)
+        a, t1, t2 = _rigid(n, acting, taut_1, taut_2)
         gaps = [0.0 if taut_1 else -n.g - n.r * a]
         if self.coordinates == 3:
-            gaps.append(0.0 if taut_2 else n.r * a - pull / n.m2)
+            gaps.append(0.0 if taut_2 else n.r * a - acting[0] / n.m2)
         return a, gaps, t1, t2
 
     def heights(self, q: list[float]) -> tuple[float, float]:
@@ -403,6 +323,10 @@ class RopeLift(Lift):
         sides = modes[self.first :]
         return [sum([1 << side for side, mode in enumerate(sides) if mode == SLACK])]
 
+    def restitution_at(self, rate: float) -> float:
+        """Return e of an impact at a rate of the gap, m/s: zero where it is slow."""
+        return self.restitution if -rate >= self.capture_speed else 0.0
+
     def impact(self, i: int, y: list[float], modes: list[int]) -> list[float]:
         n, count, side = self.n, self.coordinates, i - self.first
         sign, (own, other) = (1.0, (n.m1, n.m2)) if side == 0 else (-1.0, (n.m2, n.m1))
@@ -410,7 +334,7 @@ class RopeLift(Lift):
         if count == 3 and modes[self.first + 1 - side] == SLACK:
             other = 0.0
         w, rate = y[count], y[gap]
-        e = self.restitution if -rate >= self.capture_speed else 0.0
+        e = self.restitution_at(rate)
         if self.radius is not None:
             n = n._replace(r_k=self.radius.at(w))  # that at the speed before the impact
         end = shock(n, own, other, sign * w, rate, e)
@@ -437,24 +361,16 @@ class CordLift(Lift):
     positions, rates_of_positions = ("cord_slip",), ("cord_slip_rate",)
     own_columns = ("cord_force", *(f"cord_{name}" for name in MARGINS))
     own_contacts = (
-        ContactColumns(CORD, "cord_slip", "cord_slip_rate", own_columns[0], "cord_mode",
+        ContactColumns(CORD, *positions, *rates_of_positions, own_columns[0], "cord_mode",
                        *own_columns[1:]),
     )  # fmt: skip
 
-    def tensions(
-        self,
-        v: list[float],
-        pull: float,
-        torque: float,
-        shift: float | None,
-        modes: list[int],
-        a: float = 0.0,
-    ) -> tuple[float, list[float], float, float]:
-        n, sigma = self.n, modes[-1]
+    def tensions(self, v: list[float], modes: list[int], acting: Acting) -> Tensions:
+        (pull, torque, shift, a), n, sigma = acting, self.n, modes[-1]
         if sigma == STICK:
-            a, t1, t2 = _rigid(n, pull, torque, shift, a)
+            a, t1, t2 = _rigid(n, acting)
             return a, [0.0], t1, t2
-        ratio = self.ratio.at(v[1])  # type: ignore[union-attr]
+        ratio = self.ratio.at(v[1])
         ratio = ratio if sigma == FORWARD else 1.0 / ratio
         weight = n.m1 * n.g
         t1 = (weight * n.m2 + pull * n.m1) / (n.m2 + ratio * n.m1)
@@ -484,9 +400,10 @@ class LiftAtSpeed(Lift):
 
     segment = Segment()
 
-    def __init__(self, velocity: "Signal", *others: Any, **keywords: Any) -> None:
-        super().__init__(*others, **keywords)
-        self.velocity, self._has_shaft, self.first = velocity, self.first, 0
+    def __init__(self, scenario: PulleyScenario) -> None:
+        super().__init__(scenario)
+        self.velocity: Any = scenario.given_speed
+        self._has_shaft, self.first = self.first, 0
         self.surfaces = in_motion(self.surfaces, self.coordinates)
         self.turns = CONTACT_NAME if self._has_shaft else DRIVE
         self.contacts = self.contacts[self._has_shaft :]
@@ -494,9 +411,9 @@ class LiftAtSpeed(Lift):
 
     def balance(self, t: float, v: list[float], modes: list[int]) -> Balance:
         n, a = self.n, self.segment.acceleration(self.velocity, t)
-        _, pull, torque = self._loads(t, v[0])
-        _, others, t1, t2 = self.tensions(v, pull, torque, None, modes, a)
-        shift = self._shift([self.segment.direction], v[0])
+        _, pull, torque = self.loads(t, v[0])
+        _, others, t1, t2 = self.tensions(v, modes, (pull, torque, None, a))
+        shift = self.shift([self.segment.direction], v[0])
         T = 0.0 if shift is None else -shift * (t1 + t2)
         return Balance(n.inertia * a - (t2 - t1) * n.r - torque - T, [a, *others], T, t1, t2)
 
@@ -520,9 +437,9 @@ class RopesAtSpeed(LiftAtSpeed, RopeLift):
         n, gap, after = self.n, self.coordinates + 1 + i, list(y)
         pull, m = (n.r, n.m1) if i == 0 else (-n.r, n.m2)
         rate, w = y[gap], y[self.coordinates]
-        e = self.restitution if -rate >= self.capture_speed else 0.0
+        e = self.restitution_at(rate)
         impulse = -m * (1.0 + e) * rate
-        heat = (self.radius.at(w) if self.radius else n.r_k) * impulse * abs(w)
+        heat = (self.radius.at(w) if self.radius else 0.0) * impulse * abs(w)
         after[gap] = -e * rate
         after[2 * self.coordinates] += impulse * pull * w + heat
         after[self.impact_heat] += 0.5 * (1.0 - e * e) * m * rate * rate
@@ -533,36 +450,15 @@ class RopesAtSpeed(LiftAtSpeed, RopeLift):
 
 def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
-    n, start, effects = scenario.lift_parameters, start_of(scenario), scenario.effects
-    masses = effects.hanging_masses
-    assert masses is not None  # of which it is one
-    journal, cord = effects.shaft_friction, effects.cord_friction
-    radius = journal.radius_over_speed if journal else None
-    ratio = cord.ratio_over_speed if cord else None
-    has_damping = effects.viscous_damping is not None
-    (drive, curve), speed = signal_and_curve(scenario.drive.given or 0.0), scenario.given_speed
-    arguments = (n, drive, start, has_damping, radius, ratio, curve)
-    of_cord: Any = CordLift if speed is None else partial(CordAtSpeed, speed)
-    of_ropes: Any = RopeLift if speed is None else partial(RopesAtSpeed, speed)
-    weights = n.weight_1 + n.weight_2 + _largest_magnitude(scenario.drive.force, scenario)
-    torque = _largest_magnitude(scenario.drive.torque, scenario)
-    kinetic = 0.5 * (n.inertia + (n.m1 + n.m2) * n.r**2) * start[1] ** 2
-    system: Lift
-    if effects.cord_friction is not None:
-        system = of_cord(*arguments)
+    n, (_, velocity), (weights, torque) = (
+        scenario.lift_parameters, start_of(scenario), largest_loads(scenario)
+    )  # fmt: skip
+    kinetic = 0.5 * (n.inertia + (n.m1 + n.m2) * n.r**2) * velocity**2
+    is_given = scenario.given_speed is not None
+    if scenario.effects.cord_friction is not None:
+        system: Lift = CordAtSpeed(scenario) if is_given else CordLift(scenario)
     else:
-        system = of_ropes(
-            *arguments,
-            restitution=masses.restitution,
-            capture_speed=masses.capture_speed,
-            largest_force=weights + torque / n.r,
-        )
-
-    def quantities(samples: Samples) -> "Quantities":
-        return impending_motion_of_lift(scenario) | _sample_quantities(samples)
-
-    def run_warnings(samples: Samples) -> list[str]:
-        return _slack_warnings(samples.transitions)
+        system = RopesAtSpeed(scenario) if is_given else RopeLift(scenario)
 
     def checks(samples: Samples) -> dict[str, Check]:
         tensions = [samples.columns[name] for name in TENSIONS]
@@ -577,20 +473,23 @@ def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
         energies=system.energies,
         channel_info=scenario.CHANNELS,
         effects=scenario.effect_names,
-        quantities=quantities,
+        quantities=lambda samples: impending_motion(scenario) | _sample_quantities(samples),
         energy_scale=lambda samples: n.r * weights + torque + kinetic,
-        run_warnings=run_warnings,
+        run_warnings=lambda samples: _slack_warnings(samples.transitions),
         checks=checks,
-        prescribed=speed is not None,
-        derived=journal_channels(effects.shaft_friction, n.inertia),
+        prescribed=is_given,
+        derived=journal_channels(scenario.effects.shaft_friction, n.inertia),
     )
 
 
-def _largest_magnitude(signal: Any, scenario: PulleyScenario) -> float:
-    """Return the largest magnitude of a signal during the run; 0 without a signal."""
-    if signal is None:
-        return 0.0
-    return max(map(abs, extremes(signal, scenario.solver.duration)))
+def largest_loads(scenario: PulleyScenario) -> tuple[float, float]:
+    """Return the weights with the largest force during a run, N, and the largest torque, N m."""
+    force, torque = (
+        0.0 if signal is None else max(map(abs, extremes(signal, scenario.solver.duration)))
+        for signal in (scenario.drive.force, scenario.drive.torque)
+    )
+    n = scenario.lift_parameters
+    return n.weight_1 + n.weight_2 + force, torque
 
 
 def _sample_quantities(samples: Samples) -> "Quantities":

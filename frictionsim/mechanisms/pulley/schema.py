@@ -1,4 +1,4 @@
-"""The tables of a scenario of kind `pulley`."""
+"""The scenario of kind `pulley`: its tables and channels."""
 
 from collections.abc import Mapping
 from math import exp, inf, radians
@@ -7,12 +7,13 @@ from typing import Any, ClassVar, Literal, NamedTuple, Self
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.config import JsonDict
 
-from frictionsim.mechanisms.effects import (
-    ShaftFriction,
-    ViscousDamping,
+from frictionsim.mechanisms.effects import ShaftFriction, ViscousDamping
+from frictionsim.mechanisms.journal import CHANNELS as JOURNAL_CHANNELS
+from frictionsim.mechanisms.single_dof import (
+    SINGLE_DOF_MODES,
+    SingleDofScenario,
+    base_channels,
 )
-from frictionsim.mechanisms.pulley.channels import CHANNELS
-from frictionsim.mechanisms.single_dof import SingleDofScenario
 from frictionsim.results import Channel
 from frictionsim.scenario.kinetic_friction import (
     KineticCoefficient,
@@ -23,6 +24,48 @@ from frictionsim.scenario.kinetic_friction import (
 from frictionsim.scenario.methods import EVENTS_ONLY, SET_VALUED, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.signal_tables import SpeedOrTimeSignals, TimeSignals, extremes
+
+SLACK_SIDES = ((0, "none"), (1, "car"), (2, "counterweight"), (3, "both"))
+CHANNELS = base_channels("pulley") | {
+    "angle": Channel("rad", "angle of the pulley, positive where the load rises"),
+    "drive_force": Channel("N", "force on the cord"),
+    "drive_torque": Channel("N m", "torque on the pulley"),
+    "shaft_reaction": Channel("N", "reaction of the shaft"),
+    **JOURNAL_CHANNELS,
+    "rope_tension_car": Channel("N", "tension of the cord on the side of the car"),
+    "rope_tension_counterweight": Channel(
+        "N", "tension of the cord on the side of the counterweight"
+    ),
+    "car_position": Channel("m", "height of the car above its start"),
+    "car_velocity": Channel("m/s", "velocity of the car, upward"),
+    "car_acceleration": Channel("m/s^2", "acceleration of the car, upward"),
+    "counterweight_position": Channel("m", "height of the counterweight above its start"),
+    "counterweight_velocity": Channel("m/s", "velocity of the counterweight, upward"),
+    "slack": Channel("1", "sides on which the cord is slack", integer=True, flags=SLACK_SIDES),
+    "cord_slip": Channel("m", "slip of the cord on the pulley, positive when lifting"),
+    "cord_mode": Channel(
+        "1", "of the cord on the pulley: 0 sticking, +1 and -1 slipping", "", True, SINGLE_DOF_MODES
+    ),
+    "energy_input": Channel("J", "work of the drive"),
+    "energy_kinetic": Channel("J", "kinetic energy of the pulley and of the masses on the cord"),
+    "energy_potential": Channel("J", "potential energy of the load and of the masses"),
+    "energy_damping": Channel("J", "heat of viscous damping"),
+    "energy_cord_friction": Channel("J", "heat of the cord slipping over the pulley"),
+    "energy_impact": Channel("J", "energy lost when a slack cord becomes taut"),
+}
+# The channels of the default plot, from top to bottom.
+PANELS = (
+    "drive_force",
+    "drive_torque",
+    "rope_tension_car",
+    "rope_tension_counterweight",
+    "friction_torque",
+    "angular_velocity",
+    "angle",
+    "car_velocity",
+    "car_position",
+    "cord_slip",
+)
 
 MAX_EXPONENT = 100.0  # of exp(mu_s wrap), the ratio of tensions at which a cord slips
 

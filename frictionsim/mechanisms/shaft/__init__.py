@@ -6,8 +6,7 @@ The model is in
     channels          what is recorded
     loads             forces and couples: moment and resultant over time, angle and speed
     equation          the equation of motion as a sum of terms, and its dry friction
-    unknowns          the keys for which eq 24 can be solved
-    balance           the body at rest, linear in one unknown, and the roots of eq 24
+    balance           the unknowns of eq 24, the body at rest, linear in one, and the roots
     turn              the smallest and the largest root over a turn
     statics           the body at rest, its roots, and what is said about them
     free_body         where each force acts, for pictures
@@ -17,9 +16,9 @@ from math import sqrt
 from typing import Any
 
 from frictionsim.mechanisms.journal import journal_channels
-from frictionsim.mechanisms.shaft.channels import CHANNELS as CHANNELS
-from frictionsim.mechanisms.shaft.channels import PANELS as PANELS
-from frictionsim.mechanisms.shaft.equation import Shaft, shaft_of, system_of
+from frictionsim.mechanisms.shaft.equation import Shaft, system_of
+from frictionsim.mechanisms.shaft.schema import CHANNELS as CHANNELS
+from frictionsim.mechanisms.shaft.schema import PANELS as PANELS
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
 from frictionsim.mechanisms.shaft.statics import breakaway_values, check_unknown
 from frictionsim.mechanisms.shaft.statics import statics as statics
@@ -41,7 +40,7 @@ LEAST_SHARE = 1e-100  # energies of smaller motions have no digits
 
 def build(scenario: ShaftScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
-    shaft = shaft_of(scenario)
+    shaft = Shaft(scenario)
     system, breakaway = system_of(scenario, shaft), breakaway_values(scenario)
 
     def quantities(samples: Samples) -> Quantities:
@@ -63,7 +62,8 @@ def build(scenario: ShaftScenario) -> Mechanism:
         angle = start_of(scenario)[0]
         loads = [*shaft.loads, *shaft.weights]
         moments = [load.arms.at(angle)[0] * load.at_rest(t, angle) for load in loads]
-        return moments + [-k * (angle - q_0) for k, q_0 in shaft.spring]
+        k, q_0 = shaft.spring or (0.0, 0.0)
+        return [*moments, -k * (angle - q_0)]
 
     return one_coordinate(
         scenario,
@@ -89,15 +89,14 @@ def tolerance_share(scenario: ShaftScenario, shaft: Shaft) -> float:
     spring, of what it swings by with these. Below SMALL_MOTION, it is the share.
     """
     (q, velocity), fastest = start_of(scenario), 1.0
-    for spring in shaft.spring:
-        fastest = max(1.0, sqrt(spring.k / shaft.inertia))
+    if shaft.spring is not None:
+        fastest = max(1.0, sqrt(shaft.spring[0] / shaft.inertia))
     size = abs(velocity) / fastest
     for i in range(LOOKS + 1):
         u = shaft.acting(scenario.solver.duration * i / LOOKS, q, 0.0)
         torque, stops = shaft.torque(u, q, 0.0), shaft.stops
-        if stops is not None and stops.side(q) * torque > 0.0:
-            torque = 0.0
-        torque = abs(torque) + shaft.static_limit(u, q)
+        torque = 0.0 if stops is not None and stops.takes(q, 0.0, torque) else abs(torque)
+        torque += shaft.static_limit(u, q)
         size = max(size, torque / (shaft.inertia * fastest * fastest))
     return max(size, LEAST_SHARE) if 0.0 < size < SMALL_MOTION else 1.0
 

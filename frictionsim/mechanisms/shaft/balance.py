@@ -1,4 +1,4 @@
-"""The body at rest on a dry shaft, and eq 24 for one unknown x with all its real roots.
+"""The body at rest on a dry shaft, and eq 24 for one key x of the scenario: all real roots.
 
 Moment and components of the resultant are linear in x, as each load is a product of an arm and keys
 of the scenario. They are a_0 and B_0 of the loads without x, and per unit of x a_1 and B_1:
@@ -37,7 +37,7 @@ from frictionsim.mechanisms.shaft.loads import (
     sizes_of,
 )
 from frictionsim.mechanisms.shaft.schema import Force, ShaftScenario
-from frictionsim.mechanisms.shaft.unknowns import Unknown
+from frictionsim.scenario.schema import inconsistent
 from frictionsim.scenario.signals import Constant
 
 COUNTER_CLOCKWISE, CLOCKWISE, BOTH = 1, -1, 0
@@ -51,12 +51,78 @@ VANISHING = 1e-5
 STEP = 1e-3
 
 
-class Root(NamedTuple):
-    """A root of eq 24, and the direction of impending motion.
+UNKNOWN_KEY = ("statics", "unknown")
+WEIGHT_KEYS = "mechanism.mass", "effects.eccentric_mass.mass", "effects.eccentric_mass.radius"
 
-    The direction is 1 counter-clockwise, -1 clockwise, and 0 both, where moment and friction vanish
-    together.
+
+class Unknown(NamedTuple):
+    """A key for which eq 24 is solved, its name in quantities, its unit, and whether it has a sign.
+
+    Without a sign it is not below zero.
     """
+
+    key: str
+    label: str
+    unit: str
+    signed: bool = True
+
+    @property
+    def name(self) -> str:
+        """The last part of the key."""
+        return self.key.rpartition(".")[2]
+
+    @property
+    def is_of_friction(self) -> bool:
+        """Whether it changes the friction, and neither moment nor resultant."""
+        return self.key.startswith("effects.shaft_friction.")
+
+
+def unknowns_of(scenario: ShaftScenario) -> Iterator[Unknown]:
+    """Yield the keys for which eq 24 of a scenario can be solved."""
+    effects = scenario.effects
+    for force in scenario.forces:
+        key, name = f"forces.{force.name}", force.name
+        yield Unknown(f"{key}.size", name, "N")
+        if force.cord_radius is not None:
+            yield Unknown(f"{key}.cord_radius", f"{name}_cord_radius", "m")
+        elif any(force.point or ()):
+            yield Unknown(f"{key}.distance", f"{name}_distance", "m")
+    for couple in scenario.couples:
+        yield Unknown(f"couples.{couple.name}.size", couple.name, "N m")
+    if effects.shaft_friction is not None:
+        yield Unknown("effects.shaft_friction.mu_s", "mu_s", "1", signed=False)
+        yield Unknown("effects.shaft_friction.shaft_radius", "shaft_radius", "m", signed=False)
+    if effects.gravity is not None:
+        yield Unknown("mechanism.mass", "mass", "kg", signed=False)
+        if scenario.mechanism.mass > 0.0 or effects.eccentric_mass is not None:
+            yield Unknown("effects.gravity.g", "g", "m/s^2", signed=False)
+        if effects.eccentric_mass is not None:
+            table = "effects.eccentric_mass"
+            yield Unknown(f"{table}.mass", "eccentric_mass", "kg", signed=False)
+            yield Unknown(f"{table}.radius", "eccentric_radius", "m", signed=False)
+    if effects.torsion_spring is not None:
+        table = "effects.torsion_spring"
+        yield Unknown(f"{table}.stiffness", "stiffness", "N m/rad", signed=False)
+        yield Unknown(f"{table}.free_angle_deg", "free_angle_deg", "deg")
+
+
+def unknown_of(scenario: ShaftScenario) -> Unknown | None:
+    """Return the unknown of the statics; raises an error if eq 24 cannot be solved for it."""
+    key = None if scenario.statics is None else scenario.statics.unknown
+    if key is None:
+        return None
+    known = {unknown.key: unknown for unknown in unknowns_of(scenario)}
+    if key not in known:
+        if key in WEIGHT_KEYS and scenario.effects.gravity is None:
+            why = f"'{key}' does not enter eq 24: the scenario has no [effects.gravity]"
+            raise inconsistent(UNKNOWN_KEY, why)
+        why = f"eq 24 is not solved for '{key}'; known: {', '.join(known)}"
+        raise inconsistent(UNKNOWN_KEY, why)
+    return known[key]
+
+
+class Root(NamedTuple):
+    """A root of eq 24 and the direction of impending motion; both ways where M and F vanish."""
 
     value: float
     direction: int
@@ -191,11 +257,10 @@ def terms_of(scenario: ShaftScenario, time: float, unknown: str = "") -> Iterato
     gravity, eccentric, spring = effects.gravity, effects.eccentric_mass, effects.torsion_spring
     for name, parts in (("forces", scenario.forces), ("couples", scenario.couples)):
         for part in parts:
-            key, arms = f"{name}.{part.name}", part.arms if isinstance(part, Force) else COUPLE
-            load = load_of(part, arms)
+            key, load = f"{name}.{part.name}", load_of(part)
             turns = load.over == ANGLE
             size = {f"{key}.size": 1.0 if turns else load.at_rest(time, 0.0)}
-            term = Term(arms, size, load.size if turns else None)
+            term = Term(load.arms, size, load.size if turns else None)
             if isinstance(part, Force) and unknown in (f"{key}.cord_radius", f"{key}.distance"):
                 yield from _force_and_moment(term._replace(arms=_at_unit_distance(part)), unknown)
             else:
@@ -273,12 +338,10 @@ class Balance:
         self, scenario: ShaftScenario, unknown: Unknown, time: float, steady: bool = False
     ) -> None:
         self._unknown, self._journal, self._radius = unknown, scenario.effects.shaft_friction, 0.0
-        # The unknown changes the friction, and neither moment nor resultant. Any coefficient may
-        # be its value: the friction radius is at most that of the shaft.
-        self.is_of_friction = unknown.table == "effects.shaft_friction"
         if journal := self._journal:
             radius = journal.kinetic_radius if steady else journal.static_radius
-            self._radius = journal.shaft_radius if self.is_of_friction else radius
+            # Any coefficient may be the value: the friction radius is at most that of the shaft.
+            self._radius = journal.shaft_radius if unknown.is_of_friction else radius
         terms = terms_of(scenario, time, unknown.key)
         normal_load, given, sought = (journal.normal_load if journal else None), [], []
         for term in carried(terms, normal_load, lambda arms, size: Term(arms, {"N": size})):
@@ -291,7 +354,7 @@ class Balance:
 
     def enters(self, q: float) -> bool:
         """Return whether the unknown enters eq 24 at an angle, rad."""
-        if self._journal is not None and self.is_of_friction:
+        if self._journal is not None and self._unknown.is_of_friction:
             acts = self._unknown.name == "mu_s" or self._journal.mu_s > 0.0
             return acts and self._given.reaction(q) > 0.0
         sought = self._sought.at(q)
@@ -308,13 +371,13 @@ class Balance:
         """
         if limits and self.vanishes(q):
             given, sought = self._given.slopes(q), self._sought.slopes(q)
-            if self.is_of_friction:
+            if self._unknown.is_of_friction:
                 return self._roots_of_friction(given.moment, hypot(given.x, given.y))
         elif not self.enters(q):
             return Roots()
         else:
             given, sought = self._given.at(q), self._sought.at(q)
-            if self.is_of_friction:
+            if self._unknown.is_of_friction:
                 return self._roots_of_friction(given.moment, self._given.reaction(q))
         return roots_of(given, sought, self._radius)
 

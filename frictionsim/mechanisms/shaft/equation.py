@@ -23,9 +23,9 @@ from collections.abc import Callable
 from functools import partial
 from math import cos, hypot, radians, sin, sqrt
 from sys import float_info
-from typing import Any, NamedTuple
+from typing import Any
 
-from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING, viscous_damping
+from frictionsim.mechanisms.effects import CONTACT_NAME, ROUNDING, radii_of, viscous_damping
 from frictionsim.mechanisms.shaft.loads import (
     ANGLE,
     COUPLE,
@@ -35,7 +35,6 @@ from frictionsim.mechanisms.shaft.loads import (
     Arms,
     Elapsed,
     Load,
-    Triple,
     acting_of,
     arms_of_weight,
     carried,
@@ -43,7 +42,7 @@ from frictionsim.mechanisms.shaft.loads import (
     sizes_of,
     total_of,
 )
-from frictionsim.mechanisms.shaft.schema import Couple, Force, ShaftScenario, TorsionSpring
+from frictionsim.mechanisms.shaft.schema import Couple, Force, ShaftScenario
 from frictionsim.mechanisms.single_dof import start_of
 from frictionsim.scenario.kinetic_friction import OverSpeed
 from frictionsim.scenario.signal_tables import AngleTable, SpeedTable, signal_from
@@ -55,22 +54,14 @@ from frictionsim.solvers.system import INPUT, EndStops, Friction, OneCoordinate,
 SMALLEST = float_info.min  # numbers below it have no digits left
 
 
-def loads_of(scenario: ShaftScenario) -> list[Load]:
-    """Return all forces and couples but the weights."""
-    loads = [load_of(force, force.arms) for force in scenario.forces]
-    return loads + [load_of(couple, COUPLE) for couple in scenario.couples]
-
-
-def load_of(part: Force | Couple, arms: Arms) -> Load:
+def load_of(part: Force | Couple) -> Load:
     """Return the load of a table of the scenario."""
-    size = part.size
-    if not isinstance(size, SpeedTable | AngleTable):
-        return Load(arms, signal_from(size))
+    arms, size = part.arms if isinstance(part, Force) else COUPLE, part.size
     if isinstance(size, SpeedTable):
-        over, x = SPEED, list(size.speed)
-    else:
-        over, x = ANGLE, [radians(angle) for angle in size.angle_deg]
-    return Load(arms, linear(x, size.value), over)
+        return Load(arms, linear(size.speed, size.value), SPEED)
+    if isinstance(size, AngleTable):
+        return Load(arms, linear([radians(x) for x in size.angle_deg], size.value), ANGLE)
+    return Load(arms, signal_from(size))
 
 
 def weights_of(scenario: ShaftScenario) -> list[Load]:
@@ -83,13 +74,6 @@ def weights_of(scenario: ShaftScenario) -> list[Load]:
         arms = arms_of_weight(eccentric.radius, radians(eccentric.azimuth_deg))
         loads.append(Load(arms, Constant(eccentric.mass * gravity.g)))
     return loads
-
-
-class Spring(NamedTuple):
-    """A torsion spring: a torque -k (q - q_0)."""
-
-    k: float
-    q_0: float
 
 
 class EccentricMass:
@@ -119,7 +103,7 @@ class EccentricMass:
 
     def direction(self, u: Acting) -> tuple[float, float]:
         """Return the unit vector from the axis to the mass."""
-        _, _, _, _, c, s = u
+        c, s = u[4:]
         return self.x * c - self.y * s, self.x * s + self.y * c
 
     def sliding_load(self, u: Acting, v: float, applied: float) -> tuple[float, float]:
@@ -146,7 +130,7 @@ class EccentricMass:
 
 
 class Shaft:
-    """What acts on the body, of numbers.
+    """What acts on the body.
 
     Attributes
     ----------
@@ -161,24 +145,20 @@ class Shaft:
         their moments, and the constant normal load of the friction.
     resultant : callable
         As `acting`, with the force of all forces in any case.
-    r_s, r_k : float, m
-        Friction radii, r_k at the speed zero; zero without dry friction.
-    radius : OverSpeed or None
-        r_k over the speed; None without dry friction.
+    r_s : float, m
+        Static friction radius; zero without dry friction.
     eccentric : EccentricMass or None
-    spring : tuple of Spring
-        One, or none.
+    spring : (float, float) or None
+        Stiffness k, N m/rad, and the angle q_0 at which it is free, rad.
     stops : EndStops or None
     """
 
     def __init__(self, scenario: ShaftScenario) -> None:
         effects, self.inertia = scenario.effects, scenario.inertia
         journal, mass, stops = effects.shaft_friction, effects.eccentric_mass, effects.end_stops
-        self.r_s = journal.static_radius if journal else 0.0
-        self.r_k = journal.kinetic_radius if journal else 0.0
-        self.radius = journal.radius_over_speed if journal else None
-        self.spring = _spring_of(effects.torsion_spring)
-        self.loads, self.weights = loads_of(scenario), weights_of(scenario)
+        self.r_s, r_k = radii_of(journal)
+        self.loads = [load_of(part) for part in (*scenario.forces, *scenario.couples)]
+        self.weights = weights_of(scenario)
         (_, x, y), (cosine, *_), (sine, *_) = total_of(self.weights)
         self.normal_load = journal.normal_load if journal else None
         forces = [*self.loads, Load(Arms((0.0, x, y)), Constant(1.0))]
@@ -188,17 +168,24 @@ class Shaft:
         self.eccentric = None
         if mass is not None and mass.first_moment:
             azimuth = radians(mass.azimuth_deg)
-            self.eccentric = EccentricMass(mass.first_moment, azimuth, self.inertia, self.r_k)
+            self.eccentric = EccentricMass(mass.first_moment, azimuth, self.inertia, r_k)
         self.stops = None
         if stops is not None:
             limits = stops.lowest, stops.highest
             self.stops = EndStops(*limits, stops.restitution, stops.capture_speed)
-        self.parts = [
-            Term(lambda u, q, v: u[1], INPUT),
-            *(_eccentric_weight(cosine, sine) if effects.gravity and mass else []),
-            *[term_of(spring) for spring in self.spring],
-            *viscous_damping(effects.viscous_damping),
-        ]
+        self.parts = [Term(lambda u, q, v: u[1], INPUT)]
+        if effects.gravity and mass:
+            weight = Term(
+                lambda u, q, v: cosine * u[4] + sine * u[5],
+                potential=lambda q: sine * cos(q) - cosine * sin(q),
+            )
+            self.parts.append(weight)
+        self.spring = None
+        if (table := effects.torsion_spring) is not None:
+            k, q_0 = self.spring = table.stiffness, radians(table.free_angle_deg)
+            energy = lambda q: 0.5 * k * (q - q_0) * (q - q_0)  # noqa: E731
+            self.parts.append(Term(lambda u, q, v: -k * (q - q_0), potential=energy))
+        self.parts += viscous_damping(effects.viscous_damping)
         self._torques: list[Any] = [part.torque for part in self.parts]
 
     def _carried(self, loads: list[Load]) -> list[Load]:
@@ -208,27 +195,17 @@ class Shaft:
         """Return the torque of all but dry friction and end stops, N m."""
         return sum([torque(u, q, v) for torque in self._torques])
 
-    def torque_and_force(self, time: float, angle: float, velocity: float) -> Triple:
-        """Return this torque, N m, and the resultant of all forces, N."""
-        u = self.acting(time, angle, velocity)
-        return self.torque(u, angle, velocity), u[2], u[3]
-
     def static_limit(self, u: Acting, q: float) -> float:
         """Return r_s R at rest, N m."""
         return self.r_s * hypot(u[2], u[3])
 
-    def kinetic_limit(self, u: Acting, q: float, v: float, s: int, applied: float) -> float:
-        """Return r_k R without an eccentric mass, N m."""
-        return self.r_k * hypot(u[2], u[3])
-
-    def terms(self, time: float, angle: float) -> float:
-        """Return the sum of the terms of torque and limit at rest, N m."""
-        terms = self._sizes(time, angle)
-        return terms + sum([k * abs(angle - q_0) for k, q_0 in self.spring])
-
     def roundoff(self, time: float, angle: float) -> float:
         """Return the roundoff of the torque and its limit at rest, N m."""
-        return ROUNDING * self.terms(time, angle) + SMALLEST
+        terms = self._sizes(time, angle)
+        if self.spring is not None:
+            k, q_0 = self.spring
+            terms += k * abs(angle - q_0)
+        return ROUNDING * terms + SMALLEST
 
     def turning_load(self, u: Acting, q: float, v: float) -> tuple[float, float]:
         """Return a vector in proportion to the load of the shaft while it slides.
@@ -247,44 +224,20 @@ class Shaft:
         """Whether the load of the friction may pass zero."""
         if self.normal_load is not None:
             return False
-        fixed, turning, _ = total_of(load for load in self.forces if load.is_constant)
-        varying = [load.arms for load in self.forces if not load.is_constant]
-        varies = any(any(triple[1:]) for arms in varying for triple in arms)
+        fixed, turning, _ = total_of(self.forces)
+        varies = any(load.arms.is_force for load in self.forces if not load.is_constant)
         return self.eccentric is not None or varies or (any(fixed[1:]) and any(turning[1:]))
 
     @property
     def turns(self) -> bool:
         """Whether a moment or a component of a force depends on the angle of the body."""
         every = [*self.forces, *self.weights]
+        varying = [load for load in every if not load.is_constant]
         return (
             self.eccentric is not None
-            or total_of(load for load in every if load.is_constant).turn
-            or any(load.arms.turn or load.over == ANGLE for load in every if not load.is_constant)
+            or total_of(every).turn
+            or any(load.arms.turn or load.over == ANGLE for load in varying)
         )
-
-
-def shaft_of(scenario: ShaftScenario) -> Shaft:
-    """Return what acts on the body of a scenario."""
-    return Shaft(scenario)
-
-
-def _eccentric_weight(cosine: float, sine: float) -> list[Term]:
-    return [
-        Term(
-            lambda u, q, v: cosine * u[4] + sine * u[5],
-            potential=lambda q: sine * cos(q) - cosine * sin(q),
-        )
-    ]
-
-
-def _spring_of(table: TorsionSpring | None) -> tuple[Spring, ...]:
-    return () if table is None else (Spring(table.stiffness, radians(table.free_angle_deg)),)
-
-
-def term_of(spring: Spring) -> Term:
-    """Return the torque of a torsion spring."""
-    k, q_0 = spring
-    return Term(lambda u, q, v: -k * (q - q_0), potential=lambda q: 0.5 * k * (q - q_0) * (q - q_0))
 
 
 class Excess:
@@ -307,9 +260,14 @@ class Excess:
             if load.over == TIME and not load.is_constant
         ]
 
+    def _loads(self, t: float) -> tuple[float, float, float]:
+        """Return the torque, N m, and the resultant of all forces, N."""
+        u = self.shaft.acting(t, self.angle, 0.0)
+        return self.shaft.torque(u, self.angle, 0.0), u[2], u[3]
+
     def at(self, t: float) -> float:
         """Return the excess at a time, s."""
-        torque, x, y = self.shaft.torque_and_force(t, self.angle, 0.0)
+        torque, x, y = self._loads(t)
         return self.s * torque - self.r_s * hypot(x, y) - self.shaft.roundoff(t, self.angle)
 
     def slope(self, t: float) -> float:
@@ -318,7 +276,7 @@ class Excess:
         for size, (arm, a_x, a_y) in self.changing:
             rate = size.derivative(t)
             moment, dx, dy = moment + rate * arm, dx + rate * a_x, dy + rate * a_y
-        _, x, y = self.shaft.torque_and_force(t, self.angle, 0.0)
+        _, x, y = self._loads(t)
         force = hypot(x, y)
         growth = (x * dx + y * dy) / force if force > 0.0 else hypot(dx, dy)
         return self.s * moment - self.r_s * growth
@@ -328,7 +286,7 @@ class Excess:
 
         The signals are smooth between the times.
         """
-        (torque, x, y), slack = self.shaft.torque_and_force(begin, self.angle, 0.0), 0.0
+        (torque, x, y), slack = self._loads(begin), 0.0
         for size, (arm, a_x, a_y) in self.changing:
             lowest, highest = size.extremes(begin, end)
             change = 0.5 * (lowest + highest) - size(begin)
@@ -385,15 +343,16 @@ class Reversal:
 
 def _kinetic_limit(shaft: Shaft, radius: OverSpeed, is_driven: bool) -> Callable[..., float]:
     """Return the kinetic limit; with an eccentric mass, K of `EccentricMass` is r_k R."""
-    mass = shaft.eccentric if shaft.normal_load is None else None
-    if mass is None:
-        constant, at = shaft.kinetic_limit, radius.at
-        return (lambda u, q, v, s, M: at(v) * hypot(u[2], u[3])) if radius.varies else constant
+    mass, at, r_k = shaft.eccentric, radius.at, radius.at_rest
+    if mass is None or shaft.normal_load is not None:
+        if radius.varies:
+            return lambda u, q, v, s, M: at(v) * hypot(u[2], u[3])
+        return lambda u, q, v, s, M: r_k * hypot(u[2], u[3])
     of = EccentricMass.limit_at_speed if is_driven else EccentricMass.kinetic_limit
     if not radius.varies:
         return partial(of, mass)
     numbers = mass.p, mass.azimuth, mass.inertia
-    return lambda u, q, v, s, M: of(EccentricMass(*numbers, radius.at(v)), u, q, v, s, M)
+    return lambda u, q, v, s, M: of(EccentricMass(*numbers, at(v)), u, q, v, s, M)
 
 
 class ShaftAtSpeed(OneAtSpeed):
@@ -407,12 +366,13 @@ class ShaftAtSpeed(OneAtSpeed):
 def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
     """Return the equation of motion."""
     journal, stops, eccentric = scenario.effects.shaft_friction, shaft.stops, shaft.eccentric
-    radius, friction = shaft.radius, None
-    if journal is not None and radius is not None:
+    speed, friction = scenario.given_speed, None
+    if journal is not None:
+        radius = journal.radius_over_speed
         friction = Friction(
             CONTACT_NAME,
             static=shaft.static_limit,
-            kinetic=_kinetic_limit(shaft, radius, scenario.drive is not None),
+            kinetic=_kinetic_limit(shaft, radius, speed is not None),
             roundoff=lambda u, q: shaft.roundoff(u[0], q),
             surfaces=radius.surfaces(1),
             **journal.law_of_contact(),
@@ -420,19 +380,16 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
 
     def recorded(u: Acting, q: float, v: float, a: float) -> list[float]:
         torque = shaft.torque(u, q, v)
+        if shaft.normal_load is not None:
+            u = (*u[:2], *shaft.resultant(u[0], q, v)[2:])
         x, y = eccentric.load(u, v, a) if eccentric else (u[2], u[3])
         numbers = [torque, hypot(x, y), -x, -y]
-        if scenario.drive is not None:
+        if speed is not None:
             numbers.append(u[1] - shaft.acting(u[0], q, v)[1])
         if stops is not None:
-            numbers.append(-torque if v == 0.0 and stops.side(q) * torque > 0.0 else 0.0)
+            numbers.append(-torque if stops.takes(q, v, torque) else 0.0)
         return numbers
 
-    def recorded_with_resultant(u: Acting, q: float, v: float, a: float) -> list[float]:
-        _, _, x, y, c, s = shaft.resultant(u[0], q, v)
-        return recorded((u[0], u[1], x, y, c, s), q, v, a)
-
-    speed = scenario.given_speed
     reverses = friction is not None and shaft.may_reverse and not (eccentric and speed)
     kind: Any = OneCoordinate if speed is None else partial(ShaftAtSpeed, speed)
     system: OneCoordinate = kind(
@@ -448,9 +405,9 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
         stops=stops,
         channels=(
             *("applied_torque", "shaft_reaction", "reaction_x", "reaction_y"),
-            *(["drive_torque"] if scenario.drive is not None else []),
+            *(["drive_torque"] if speed is not None else []),
             *(["stop_torque"] if stops is not None else []),
         ),
-        recorded=recorded if shaft.normal_load is None else recorded_with_resultant,
+        recorded=recorded,
     )
     return system

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.shaft.equation import loads_of, shaft_of
+from frictionsim.mechanisms.shaft.equation import Shaft
 from frictionsim.mechanisms.shaft.loads import ANGLE, SPEED, TIME
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ class FreeBody(NamedTuple):
 def channels_needed(scenario: "ShaftScenario") -> tuple[str, ...]:
     """Return the channels without which the free body of a result is not known."""
     effects, names = scenario.effects, ["angle"]
-    over_speed = any(load.over == "speed" for load in loads_of(scenario))
+    over_speed = any(load.over == SPEED for load in Shaft(scenario).loads)
     if over_speed or effects.viscous_damping is not None or effects.eccentric_mass is not None:
         names.append("angular_velocity")
     if effects.eccentric_mass is not None:
@@ -111,7 +111,7 @@ def free_body(scenario: "ShaftScenario", motion: "tuple[Array, Array, Array, Arr
     derivatives count where `channels_needed` names them.
     """
     time, angle, velocity, acceleration = (np.asarray(values, dtype=float) for values in motion)
-    shaft, effects, zero = shaft_of(scenario), scenario.effects, np.zeros_like(time)
+    shaft, effects, zero = Shaft(scenario), scenario.effects, np.zeros_like(time)
     state, eccentric = {TIME: time, ANGLE: angle, SPEED: velocity}, effects.eccentric_mass
     places = [(zero, zero)]  # of the weights
     if eccentric is not None:
@@ -136,7 +136,9 @@ def free_body(scenario: "ShaftScenario", motion: "tuple[Array, Array, Array, Arr
         AppliedCouple(couple.name, _size(load, state))
         for couple, load in zip(scenario.couples, shaft.loads[len(scenario.forces) :], strict=True)
     ]
-    couples += [AppliedCouple(SPRING, -k * (angle - free)) for k, free in shaft.spring]
+    if shaft.spring is not None:
+        k, free = shaft.spring
+        couples.append(AppliedCouple(SPRING, -k * (angle - free)))
     if (damping := effects.viscous_damping) is not None:
         couples.append(AppliedCouple(DAMPING, -damping.coefficient * velocity))
     reaction = sum((-f.across for f in forces), zero), sum((-f.up for f in forces), zero)

@@ -22,29 +22,11 @@ TIME, ANGLE, SPEED = "time", "angle", "speed"
 
 
 class Arms(NamedTuple):
-    """Moment and components per size: a + b cos q + c sin q; m, 1, 1.
-
-    Attributes
-    ----------
-    constant, cosine, sine : (float, float, float)
-    """
+    """Moment and components per size, m, 1, 1: constant + cosine cos q + sine sin q."""
 
     constant: Triple = NONE
     cosine: Triple = NONE
     sine: Triple = NONE
-
-    def times(self, size: float) -> "Arms":
-        """Return moment and components of a size, N m, N, N."""
-        return Arms(*(scaled(triple, size) for triple in self))
-
-    def plus(self, other: "Arms") -> "Arms":
-        """Return the sum."""
-        return Arms(*(sum_of(one, two) for one, two in zip(self, other, strict=True)))
-
-    @property
-    def slopes(self) -> "Arms":
-        """The derivatives over the angle, per rad."""
-        return Arms(NONE, self.sine, scaled(self.cosine, -1.0))
 
     @property
     def turn(self) -> bool:
@@ -61,20 +43,16 @@ class Arms(NamedTuple):
         """Those without the force."""
         return Arms(*((moment, 0.0, 0.0) for moment, _, _ in self))
 
+    @property
+    def largest(self) -> float:
+        """The largest arm over a turn; the largest moment of a couple of size 1."""
+        return abs(self.constant[0]) + hypot(self.cosine[0], self.sine[0])
+
     def at(self, angle: float) -> Triple:
         """Return moment and components per size at an angle, rad."""
-        turned = sum_of(scaled(self.cosine, cos(angle)), scaled(self.sine, sin(angle)))
-        return sum_of(self.constant, turned)
-
-
-def scaled(triple: Triple, size: float) -> Triple:
-    """Return a multiple of a triple."""
-    return (triple[0] * size, triple[1] * size, triple[2] * size)
-
-
-def sum_of(one: Triple, two: Triple) -> Triple:
-    """Return the sum of two triples."""
-    return (one[0] + two[0], one[1] + two[1], one[2] + two[2])
+        c, s = cos(angle), sin(angle)
+        m, x, y = (a + (b * c + d * s) for a, b, d in zip(*self, strict=True))
+        return m, x, y
 
 
 class Load(NamedTuple):
@@ -117,15 +95,10 @@ def carried(parts: Iterable[Any], normal_load: float | None, constant: Any) -> l
     return [*moments, constant(THROUGH_AXIS, normal_load)]
 
 
-class Turning(NamedTuple):
-    """Whether direction and point of a force turn with the body."""
-
-    direction: bool
-    point: bool
-
-
-def arms_of_force(unit: Any, point: Any, turning: Turning) -> Arms:
-    """Return moment and components of a force per size, in numbers of any type.
+def arms_of_force(
+    unit: Sequence[float], point: Sequence[float], direction_turns: bool, point_turns: bool
+) -> Arms:
+    """Return moment and components of a force per size.
 
     With a point p and a unit direction d at q = 0, and J a quarter turn,
 
@@ -135,13 +108,12 @@ def arms_of_force(unit: Any, point: Any, turning: Turning) -> Arms:
         direction      M = (p x d) cos q + (p . d) sin q,  F = d cos q + J d sin q
     """
     (x, y), (p_x, p_y) = unit, point
-    across = p_x * y - p_y * x
-    along = p_x * x + p_y * y
-    if not turning.direction:
-        if not turning.point:
+    across, along = p_x * y - p_y * x, p_x * x + p_y * y
+    if not direction_turns:
+        if not point_turns:
             return Arms((across, x, y))
         return Arms((0.0, x, y), (across, 0.0, 0.0), (-along, 0.0, 0.0))
-    if turning.point:
+    if point_turns:
         return Arms((across, 0.0, 0.0), (0.0, x, y), (0.0, -y, x))
     return Arms(NONE, (across, x, y), (along, -y, x))
 
@@ -156,17 +128,17 @@ COUPLE = Arms((1.0, 0.0, 0.0))
 THROUGH_AXIS = Arms((0.0, 1.0, 0.0))
 
 
-def largest_arm(arms: Arms) -> float:
-    """Return the largest arm over a turn; the largest moment of a couple of size 1."""
-    return abs(arms.constant[0]) + hypot(arms.cosine[0], arms.sine[0])
-
-
 def total_of(loads: Iterable[Load]) -> Arms:
-    """Return the sum of loads of constant size, N m, N, N."""
-    total = Arms()
+    """Return the sum of the loads of constant size, N m, N, N."""
+    total: Any = Arms()
     for load in loads:
-        total = total.plus(load.arms.times(load.size(0.0)))
-    return total
+        if load.is_constant:
+            n = load.size(0.0)
+            total = [
+                tuple(a + b * n for a, b in zip(one, two, strict=True))
+                for one, two in zip(total, load.arms, strict=True)
+            ]
+    return Arms(*total)
 
 
 # Time, s; moment, N m, and components of the force, N, of the loads; cosine and sine of the angle.
@@ -175,8 +147,7 @@ Acting = tuple[float, float, float, float, float, float]
 
 def acting_of(loads: Sequence[Load]) -> Callable[[float, float, float], Acting]:
     """Return what acts on the body as a function of time, angle and speed."""
-    constant = total_of(load for load in loads if load.is_constant)
-    (m_0, x_0, y_0), (m_c, x_c, y_c), (m_s, x_s, y_s) = constant
+    (m_0, x_0, y_0), (m_c, x_c, y_c), (m_s, x_s, y_s) = total_of(loads)
     varying = [load for load in loads if not load.is_constant]
     fixed = [(load.size, load.over, *load.arms.constant) for load in varying if not load.arms.turn]
     turning = [(load.size, load.over, *load.arms) for load in varying if load.arms.turn]
@@ -204,7 +175,7 @@ def sizes_of(loads: Iterable[Load], friction_radius: float) -> Callable[[float, 
     """
     scale, varying = 0.0, []
     for load in loads:
-        reach = largest_arm(load.arms) + (friction_radius if load.arms.is_force else 0.0)
+        reach = load.arms.largest + (friction_radius if load.arms.is_force else 0.0)
         if load.is_constant:
             scale += abs(load.size(0.0)) * reach
         else:
@@ -230,49 +201,40 @@ class Elapsed:
     next_extremum = next_discontinuity
 
 
-class TableKnots:
+class TableKnots(NamedTuple):
     """The surface at which the slope of a size over angle or speed jumps.
 
-    Parameters
+    Attributes
     ----------
-    angles, speeds : sequence of float, rad and rad/s
+    place : int
+        Of the angle or the speed in the state.
+    knots : tuple of float, rad or rad/s
         In ascending order.
     """
 
-    event = ""
-
-    def __init__(self, angles: Sequence[float], speeds: Sequence[float]) -> None:
-        self.angles, self.speeds = angles, speeds
+    place: int
+    knots: tuple[float, ...]
+    event: str = ""
 
     def beyond(self, step: Any, t: float, y: list[float]) -> float:
         """Return a number that is positive beyond the first knot after the start of a step."""
-        return max(
-            _beyond_next(self.angles, step.y_old[0], y[0]),
-            _beyond_next(self.speeds, step.y_old[1], y[1]),
-        )
+        x_old, x, knots = step.y_old[self.place], y[self.place], self.knots
+        above = bisect_right(knots, x_old)
+        below = above - 1 if not above or knots[above - 1] != x_old else above - 2
+        beyond = x - knots[above] if above < len(knots) else -inf
+        return max(beyond, knots[below] - x) if below >= 0 else beyond
 
 
-def _beyond_next(knots: Sequence[float], x_old: float, x: float) -> float:
-    """Return how far x is beyond the next knot above or below x_old."""
-    above, beyond = bisect_right(knots, x_old), -inf
-    below = above - 1
-    if below >= 0 and knots[below] == x_old:
-        below -= 1
-    if above < len(knots):
-        beyond = x - knots[above]
-    if below >= 0:
-        beyond = max(beyond, knots[below] - x)
-    return beyond
-
-
-def knots_of(loads: Iterable[Load]) -> tuple[TableKnots, ...]:
-    """Return where the slopes of sizes over angle or speed jump; none if there are no tables."""
-    knots: dict[str, set[float]] = {ANGLE: set(), SPEED: set()}
-    for load in loads:
-        if load.over in knots:
-            x = load.size.next_discontinuity(-inf)
+def knots_of(loads: Sequence[Load]) -> tuple[TableKnots, ...]:
+    """Return where the slopes of sizes over angle or speed jump."""
+    surfaces = []
+    for place, over in enumerate((ANGLE, SPEED)):
+        knots: set[float] = set()
+        for size in (load.size for load in loads if load.over == over):
+            x = size.next_discontinuity(-inf)
             while x < inf:
-                knots[load.over].add(x)
-                x = load.size.next_discontinuity(x)
-    angles, speeds = sorted(knots[ANGLE]), sorted(knots[SPEED])
-    return (TableKnots(angles, speeds),) if angles or speeds else ()
+                knots.add(x)
+                x = size.next_discontinuity(x)
+        if knots:
+            surfaces.append(TableKnots(place, tuple(sorted(knots))))
+    return tuple(surfaces)

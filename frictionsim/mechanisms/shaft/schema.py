@@ -1,4 +1,4 @@
-"""The tables of a scenario of kind `shaft`."""
+"""The scenario of kind `shaft`: its tables and channels."""
 
 from collections.abc import Callable, Mapping
 from math import hypot, inf, radians
@@ -8,13 +8,30 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from frictionsim.mechanisms.effects import Gravity, ShaftFriction, ViscousDamping
-from frictionsim.mechanisms.shaft.channels import CHANNELS
-from frictionsim.mechanisms.shaft.loads import Arms, Turning, arms_of_force, largest_arm
-from frictionsim.mechanisms.single_dof import SingleDofScenario
+from frictionsim.mechanisms.journal import CHANNELS as JOURNAL_CHANNELS
+from frictionsim.mechanisms.shaft.loads import Arms, arms_of_force
+from frictionsim.mechanisms.single_dof import SingleDofScenario, base_channels
 from frictionsim.results import Channel
 from frictionsim.scenario.methods import EVENTS_ONLY, SET_VALUED, Pairs
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 from frictionsim.scenario.signal_tables import MotionSignal, TimeSignals
+
+CHANNELS = base_channels("body") | {
+    "angle": Channel("rad", "angle of the body, positive counter-clockwise"),
+    "applied_torque": Channel("N m", "torque on the body, of all but dry friction and end stops"),
+    "drive_torque": Channel("N m", "torque of the drive that gives the speed, one of the applied"),
+    "stop_torque": Channel("N m", "torque of an end stop on the body that rests on it"),
+    "shaft_reaction": Channel("N", "reaction of the shaft"),
+    **JOURNAL_CHANNELS,
+    "reaction_x": Channel("N", "reaction of the shaft on the body, component to the right"),
+    "reaction_y": Channel("N", "reaction of the shaft on the body, component upwards"),
+    "energy_input": Channel("J", "work of the forces and couples"),
+    "energy_kinetic": Channel("J", "kinetic energy of the body"),
+    "energy_potential": Channel("J", "potential energy of the eccentric mass and the spring"),
+    "energy_damping": Channel("J", "heat of viscous damping"),
+    "energy_impact": Channel("J", "energy lost in impacts on the end stops"),
+}
+PANELS = ("drive_torque", "applied_torque", "friction_torque", "angular_velocity", "angle")
 
 MAX_LOADS = 1000
 # Of unknowns, the endings of those that decide whether a force acts within the friction circle.
@@ -95,8 +112,8 @@ class Force(Params):
         x, y = (component / length for component in self.direction)
         if self.cord_radius is not None:
             return Arms((self.cord_radius, x, y))
-        turning = Turning(self.direction_turns, self.point_turns)
-        return arms_of_force((x, y), self.point, turning)
+        assert self.point is not None  # checked above
+        return arms_of_force((x, y), self.point, self.direction_turns, self.point_turns)
 
 
 class Couple(Params):
@@ -345,7 +362,7 @@ class ShaftScenario(SingleDofScenario):
     def largest_arm(self) -> float:
         """The largest arm of the forces and weights over a turn, m."""
         eccentric = self.effects.eccentric_mass
-        arms = [largest_arm(force.arms) for force in self.forces]
+        arms = [force.arms.largest for force in self.forces]
         arms += [eccentric.radius] if eccentric is not None and self.has_weight else []
         return max(arms, default=0.0)
 
