@@ -186,18 +186,3 @@ def is_steady(record: Recorded) -> bool:
     """Return whether no pulley changes its speed by a tenth of the largest in the last fifth."""
     speeds = last(record).channels["pulley_speed"]
     return bool(np.max(np.abs(speeds[-1] - speeds[0])) < STEADY * np.max(np.abs(speeds)))
-
-
-@pytest.mark.parametrize("bodies", [30, 40])
-def test_a_balance_that_may_be_off_by_more_than_half_is_not_judged(bodies: int) -> None:
-    """The corners of few bodies allow spans to be off by the size of the force itself."""
-    result = fs.solve(
-        "belt_drive",
-        {
-            "mechanism.belt.bodies": bodies,
-            "solver.backend": "moreau",
-            "solver.duration": 0.02,
-            "output.interval": 1e-4,
-        },
-    )
-    assert result.audit["torque_balance"].limit <= 0.5

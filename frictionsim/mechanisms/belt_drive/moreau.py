@@ -38,8 +38,6 @@ References
 ----------
 .. [1] J. J. Moreau, "Unilateral contact and dry friction in finite freedom dynamics", 1988.
 .. [2] W. H. Press et al., Numerical Recipes, 3rd ed., 2007, 2.7.2: cyclic tridiagonal systems.
-.. [3] K. G. Murty, "Note on a Bard-type scheme for solving the complementarity problem", Opsearch
-   11, 1974.
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -77,9 +75,7 @@ if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
 SEARCH_INTERVAL = 16  # steps from one search for bodies near pulleys to the next
-# Passes of stiff dampers and friction, one or two as a rule. Changing all wrong bodies at once may
-# go round in a circle; after some, only the first one is changed, Murty's rule, which ends [3]_.
-BLOCK_PASSES, MAX_PASSES = 10, 1000
+MAX_PASSES = 30  # of stiff dampers and friction by turns; one or two are the rule
 TENSION_TOLERANCE = 1e-8  # of a correction of the tensions on a line, over their mean
 
 # The numbers in `counts`: steps, and how many of them ended with another sticking set than their
@@ -153,13 +149,6 @@ class Dampers(NamedTuple):
 DAMPER_ROWS = 21  # of one dimension
 
 
-@part
-def motion_of(old: Array, s: Steps, work: Array) -> Motion:
-    """Return the rows of bodies in a step."""
-    acc = Accelerations(s.acc[0], s.acc[1], s.acc[2])
-    return Motion(bodies_of(old), bodies_of(s.middle), acc, joints_of(work))
-
-
 # --- pulleys --------------------------------------------------------------------------------------
 
 
@@ -221,12 +210,6 @@ def end_pulleys(h: float, rubbed: float, damped: float, y: Array, b: Belt) -> No
         pul[row.SPEED, j] = pul[row.SPEED_NEW, j]
     y[b.energies + row.FRICTION_HEAT] += rubbed
     y[b.energies + row.DAMPING_HEAT] += damped
-
-
-@part
-def rim_speeds(pul: Array, j: int) -> tuple[float, float]:
-    """Return the velocities of a rim at the start and the end of a step, m/s."""
-    return pul[row.RADIUS, j] * pul[row.SPEED_OLD, j], pul[row.RADIUS, j] * pul[row.SPEED_NEW, j]
 
 
 # --- bodies in the plane, points on a line --------------------------------------------------------
@@ -534,57 +517,28 @@ def guess(a: int, e: int, rim: float, bias: Array, c: Contact) -> None:
         c.sticking[k] *= 1.0 if c.forward[k] + c.backward[k] > 0.0 else 0.0
 
 
-@part
-def corrected(rim: float, c: Contact, k: int) -> tuple[float, float]:
-    """Return friction and sticking of body k as they should have been, after a solution.
+@loop
+def correct(a: int, e: int, rim: float, c: Contact) -> float:
+    """Correct who sticks of bodies a to e, and their friction; return how many change.
 
     What sticks and needs more than its limit slides; what was to slide and did so along its
     friction sticks: it may not turn round, or bodies that are tied by stiff dampers went to and
     fro for ever. What is not pressed does not stick, though its friction, none, is within limits.
     """
-    needed, friction, low, high = (
-        c.yields[k] * (rim + c.bias[k]),
-        c.friction[k],
-        -c.backward[k],
-        c.forward[k],
-    )
-    limited = min(max(needed, low), high)
-    within = 1.0 if limited == needed and high - low > 0.0 else 0.0
-    turned = 1.0 if (needed - friction) * friction < 0.0 else 0.0
-    way = needed if friction == 0.0 else friction
-    limit = high if way > 0.0 else low
-    stuck = c.sticking[k] > 0.0
-    return limited if stuck else limit, within if stuck else turned
-
-
-@loop
-def correct(a: int, e: int, rim: float, c: Contact) -> float:
-    """Correct friction and sticking of bodies a to e; return how many change between both."""
     changed = 0.0
     for k in range(np.uint64(a), np.uint64(e)):
-        friction, sticking = corrected(rim, c, k)
+        needed, low, high = c.yields[k] * (rim + c.bias[k]), -c.backward[k], c.forward[k]
+        friction = c.friction[k]
+        limited = min(max(needed, low), high)
+        within = 1.0 if limited == needed and high - low > 0.0 else 0.0
+        turned = 1.0 if (needed - friction) * friction < 0.0 else 0.0
+        way = needed if friction == 0.0 else friction
+        limit = high if way > 0.0 else low
+        stuck = c.sticking[k] > 0.0
+        sticking = within if stuck else turned
         changed += abs(sticking - c.sticking[k])
-        c.friction[k], c.sticking[k] = friction, sticking
+        c.friction[k], c.sticking[k] = limited if stuck else limit, sticking
     return changed
-
-
-@loop
-def follow_limits(a: int, e: int, c: Contact) -> None:
-    """Have the friction of what slides of bodies a to e its limits, which may have changed."""
-    for k in range(np.uint64(a), np.uint64(e)):
-        limit = c.forward[k] if c.friction[k] > 0.0 else -c.backward[k]
-        c.friction[k] = c.friction[k] if c.sticking[k] > 0.0 else limit
-
-
-@part
-def correct_one(a: int, e: int, rim: float, c: Contact) -> float:
-    """Correct the first of the bodies a to e that contradicts its law; return whether one does."""
-    for k in range(np.uint64(a), np.uint64(e)):
-        friction, sticking = corrected(rim, c, k)
-        if sticking != c.sticking[k]:
-            c.friction[k], c.sticking[k] = friction, sticking
-            return 1.0
-    return 0.0
 
 
 @loop
@@ -785,12 +739,7 @@ def solve_dampers(
                 guess(a, e, rim, d.bias[j], c)
             else:
                 pulled(a, e, 1.0 / b.mass, d.bias[j], c, d)
-                if number <= BLOCK_PASSES:
-                    changed += correct(a, e, rim, c)
-                elif changed == 0.0:
-                    changed += correct_one(a, e, rim, c)
-                else:
-                    follow_limits(a, e, c)
+                changed += correct(a, e, rim, c)
         if changed == 0.0:
             break
     if changed > 0.0:
@@ -914,8 +863,8 @@ def integrate(
     q_middle, v_middle = middle.reshape(b.angles)[:half], middle.reshape(b.angles)[half:]
     body = Body(n, b.full, b.half, b.mass, b.inertia)
     if plane is not None:
-        m = motion_of(kin, s, b.work)
-        acc = m.acc
+        acc = Accelerations(s.acc[0], s.acc[1], s.acc[2])
+        m = Motion(bodies_of(kin), bodies_of(middle), acc, joints_of(b.work))
     more, bias = None, b.con[row.BIAS]
     if axial is not None:
         more, bias = d, d.bias
@@ -967,8 +916,8 @@ def integrate(
             damped += heat_of_dampers(n, h * bending, d.torsion)
         for r in range(b.n_runs[0]):
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-            before, after = rim_speeds(b.pul, j)
-            c, worn = contact_of(b.con, j), None
+            c, radius, worn = contact_of(b.con, j), b.pul[row.RADIUS, j], None
+            before, after = radius * b.pul[row.SPEED_OLD, j], radius * b.pul[row.SPEED_NEW, j]
             if wear is not None:
                 worn = y[works + j * w : works + (j + 1) * w]
             if plane is not None:
