@@ -9,14 +9,11 @@ import frictionsim as fs
 from tests.support.cases import slow
 from tests.support.falsified import falsified
 
-FRICTION = {"mu_s": 0.3, "mu_k": 0.3}
+FRICTION, LOWER = {"mu_s": 0.3, "mu_k": 0.3}, {"mu_s": 0.3, "mu_k": 0.2}
 CONTACT = {"c1": 1e7, "c2": 2e5, "damping": 20.0, "p_max": 1e-3}
 A = {"name": "a", "center": [0.0, 0.0], "radius": 0.05, "inertia": 1e-3}
 B = {"name": "b", "center": [0.4, 0.0], "radius": 0.05, "inertia": 1e-2}
 C = {"name": "c", "center": [0.2, 0.3], "radius": 0.03, "inertia": 1e-3}
-# Next to nothing of the effects of other tests, by whose kernels the belts run.
-DAMPERS = {"axial_damping": {"coefficient": 1e-9, "basis": "joint"}}
-IN_BENDING = {"bending": {"rigidity": 1e-9}}
 
 
 def belt(
@@ -24,27 +21,19 @@ def belt(
     drive: Any = None,
     friction: Any = FRICTION,
     contact: bool = False,
-    alone: bool = False,
     **solver: Any,
 ) -> dict[str, Any]:
     """Return a belt of 60 bodies, in which waves take 5 ms to run round.
 
-    With friction and contact `alone`, for which kernels of their own are compiled.
+    With next to nothing of the effects of other tests, by whose kernels it runs.
     """
-    effects = {"belt_friction": friction} | ({"contact": CONTACT} if contact else {})
-    if not alone:
-        effects |= DAMPERS | (IN_BENDING if contact else {})
+    effects = {"belt_friction": friction, "axial_damping": {"coefficient": 1e-9, "basis": "joint"}}
+    if contact:
+        effects |= {"contact": CONTACT, "bending": {"rigidity": 1e-9}}
+    string = {"bodies": 60, "mass_per_length": 0.1, "axial_rigidity": 1e4, "pretension": 300.0}
     return {
         "kind": "belt_drive",
-        "mechanism": {
-            "belt": {
-                "bodies": 60,
-                "mass_per_length": 0.1,
-                "axial_rigidity": 1e4,
-                "pretension": 300.0,
-            },
-            "pulleys": pulleys,
-        },
+        "mechanism": {"belt": string, "pulleys": pulleys},
         "drive": drive or {},
         "effects": effects,
         "solver": {"duration": 0.02} | solver,
@@ -60,21 +49,23 @@ def assert_sound(run: fs.Result) -> None:
 LATER = {"torque": {"time": [0.2, 0.3], "value": [0.0, 5.0]}}  # after the end of the run
 
 
-@pytest.mark.parametrize("alone", [False, slow(True)])
 @pytest.mark.parametrize("backend", ["rkf45", "moreau"])
 @pytest.mark.parametrize("contact", [False, True], ids=["guided", "contact"])
 @pytest.mark.parametrize(
     ("pulleys", "drive"),
-    [([A, B], {}), ([A, B, C], {"c": LATER}), ([B, A], {"b": {"torque": 0.0}})],
-    ids=["two free pulleys", "three, a motor that starts later", "no torque"],
+    [([A, B, C], {"c": LATER}), ([B, A], {"b": {"torque": 0.0}})],
+    ids=["three, a motor that starts later", "no torque"],
 )
 def test_a_belt_at_rest_is_sound(
-    pulleys: list[dict[str, Any]], drive: Any, contact: bool, backend: str, alone: bool
+    pulleys: list[dict[str, Any]], drive: Any, contact: bool, backend: str
 ) -> None:
-    run = fs.solve(belt(pulleys, drive, contact=contact, alone=alone, backend=backend))
+    run = fs.solve(belt(pulleys, drive, contact=contact, backend=backend))
     assert_sound(run)
     # Of 0.5 J or more in the springs: nothing moves.
     assert run.quantities["energy_kinetic"].value < 1e-12
+    for name in ("x", "y"):
+        moved = run.dataset[name].values - run.dataset[name].values[0]
+        assert np.max(np.abs(moved)) < 2e-11
 
 
 RISING = {"time": [0.0, 0.01], "value": [0.0, 20.0]}
@@ -85,12 +76,11 @@ SWINGING = {"sine": {"mean": 0.0, "amplitude": 20.0, "frequency_hz": 20.0}}
     ("friction", "drive"),
     [
         ({"mu_s": 0.1, "mu_k": 0.0}, {"a": {"speed": RISING}}),
-        ({"mu_s": 0.3, "mu_k": 0.0}, {"a": {"speed": SWINGING}}),
         ({"mu_s": 0.1, "mu_k": 0.08}, {"a": {"speed": SWINGING}}),
         ({"mu_s": 1e-9, "mu_k": 1e-9}, {"a": {"torque": 1.0}}),
         ({"mu_s": 0.6, "mu_k": 0.3}, {"a": {"torque": RISING}}),
     ],
-    ids=["no kinetic friction", "swinging", "little less", "next to none", "that sticks"],
+    ids=["no kinetic friction", "little less", "next to none", "that sticks"],
 )
 def test_a_belt_whose_friction_is_negligible_is_sound(friction: Any, drive: Any) -> None:
     assert_sound(fs.solve(belt([A, B], drive, friction, duration=0.05)))
@@ -106,15 +96,7 @@ def test_a_sweep_over_the_load_keeps_the_row_without_one() -> None:
     assert set(swept["reason"].values) == {""}
 
 
-@pytest.mark.parametrize(
-    ("friction", "torque"),
-    [
-        (FRICTION, 4.0),
-        ({"mu_s": 0.3, "mu_k": 0.2}, -4.0),
-        slow(FRICTION, -4.0),
-        slow({"mu_s": 0.3, "mu_k": 0.2}, 4.0),
-    ],
-)
+@pytest.mark.parametrize(("friction", "torque"), [(FRICTION, 4.0), (LOWER, -4.0)])
 def test_a_friction_that_drives_is_found(friction: Any, torque: float) -> None:
     """Of a few tenths of a per cent of the energies, in a belt that creeps under its load."""
     data = belt([A, B], {"a": {"torque": torque}, "b": LOADED}, friction, duration=0.1)
@@ -127,33 +109,26 @@ def test_a_friction_that_drives_is_found(friction: Any, torque: float) -> None:
     assert not reversed_slip.audit["dissipation_sign"].ok
 
 
-def driven(kind: str, sign: float) -> dict[str, Any]:
-    """Return a drive that reaches 20 rad/s; a motor has no torque left there."""
-    if kind == "motor":
-        ends = [(0.0, 2.0 * sign), (20.0 * sign, 0.0)]
-        speed, value = zip(*sorted(ends), strict=True)
-        return {"torque": {"speed": list(speed), "value": list(value)}}
-    rise = {"time": [0.0, 0.05], "value": [0.0, 20.0 * sign]}
-    return {"speed": rise if kind == "raised" else 20.0 * sign}
+DRIVEN = {
+    "prescribed": {"speed": 20.0},
+    "raised": {"speed": {"time": [0.0, 0.05], "value": [0.0, -20.0]}},
+    # A motor that has no torque left at 20 rad/s.
+    "motor": {"torque": {"speed": [0.0, 20.0], "value": [2.0, 0.0]}},
+}
 
 
-ORDERS = {"a b": [A, B], "b a": [B, A], "b c a": [B, C, A]}
-KINDS = ("prescribed", "raised", "motor")
-
-
-# One sense of each kind and order, and the other of the next.
 @pytest.mark.parametrize(
-    ("kind", "order", "sign"),
+    ("kind", "pulleys"),
     [
-        (kind, order, sign) if (sign > 0.0) == ((i + j) % 2 == 0) else slow(kind, order, sign)
-        for i, kind in enumerate(KINDS)
-        for j, order in enumerate(ORDERS)
-        for sign in (1.0, -1.0)
+        ("prescribed", [A, B]),
+        ("raised", [B, C, A]),
+        ("motor", [B, A]),
+        *(slow(kind, [A, C, B]) for kind in DRIVEN),
     ],
 )
-def test_the_drive_of_an_idle_belt_is_what_drives_it(kind: str, order: str, sign: float) -> None:
+def test_the_drive_of_an_idle_belt_is_what_drives_it(kind: str, pulleys: Any) -> None:
     """The other pulleys are free, and take no more than the noise of the belt."""
-    data = belt(ORDERS[order], {"a": driven(kind, sign)}, backend="moreau", duration=0.2)
+    data = belt(pulleys, {"a": DRIVEN[kind]}, backend="moreau", duration=0.2)
     data["effects"]["axial_damping"] = {"coefficient": 5.0, "basis": "joint"}
     data["output"] = {"interval": 2e-3}
     run = fs.solve(data)
@@ -163,4 +138,4 @@ def test_the_drive_of_an_idle_belt_is_what_drives_it(kind: str, order: str, sign
     mean = float(np.average(last, weights=weight))
     assert run.quantities["drive_speed"].value == pytest.approx(mean, rel=1e-9)  # rounding
     if kind != "motor":
-        assert run.quantities["drive_speed"].value == pytest.approx(20.0 * sign, rel=1e-12)
+        assert abs(run.quantities["drive_speed"].value) == pytest.approx(20.0, rel=1e-12)

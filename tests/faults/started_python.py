@@ -8,7 +8,7 @@ import os
 import sys
 from typing import Any
 
-DIGESTING = ("belt_drive/kernel_folder.py", "hypothesis/internal/constants_ast.py")
+DIGESTING = ("belt_drive/compilation.py", "hypothesis/internal/constants_ast.py")
 PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "frictionsim") + os.sep
 
 

@@ -21,7 +21,7 @@ PACKED, SCALAR = re.compile(ARITHMETIC + r"pd\b.*%ymm"), re.compile(ARITHMETIC +
 
 def loops() -> dict[str, Any]:
     """Return the loops of all kernels, by name."""
-    from frictionsim.mechanisms.belt_drive.numba_kinds import DISJOINT
+    from frictionsim.mechanisms.belt_drive.compilation import DISJOINT
     from tests.support.belt_kernels import COMPILED_MODULES
 
     return {
@@ -45,7 +45,7 @@ def example(kind: Any, name: str) -> Any:
         hints = typing.get_type_hints(kind)
         own = ((key, f"{kind.__name__}.{key}") for key in kind._fields)
         return kind(*(example(hints[key], key if key in TABLES else of) for key, of in own))
-    simple = {int: 8, float: 1.0, bool: True}
+    simple = {int: 8, float: 1.0, bool: True, tuple[float, ...]: (1.0,) * 5}
     return simple[kind] if kind in simple else np.zeros((8, 8) if name in TABLES else 8)
 
 

@@ -4,16 +4,13 @@ Each body has (x, y, phi), each pulley an angle: 3 nb + np degrees of freedom [1
 without contact asks for no motion across the belt, which is then a string guided along its line,
 of nb + np degrees of freedom. The model is in
 
-    schema            the scenario's tables
-    channels          what is recorded
+    schema            the scenario's tables, and the channels of its results
     geometry          the line of an ideal belt round its pulleys
-    statics           the belt at rest: its quantities
     energy            the energies that a belt stores, and their gradient
-    equilibrium       the belt at rest, where the energy is least
+    equilibrium       the belt at rest, where the energy is least, and its quantities
     belt              from a scenario to numbers and rows, one flat tuple
     limits            waves, dampers and friction, which bound the steps; scales of errors
-    numba_kinds       the decorators of kernels
-    kernel_folder     compiled kernels on the disk, and what tells of their compilation
+    compilation       decorators of kernels, and where compiled ones are kept
     kernels           the equations of motion, compiled
     rkf45, moreau     the methods
     belt_simulation   from step to step
@@ -33,9 +30,8 @@ References
 from typing import TYPE_CHECKING
 
 from frictionsim.mechanisms.belt_drive import study as mesh_study
-from frictionsim.mechanisms.belt_drive.channels import PANELS
-from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
-from frictionsim.mechanisms.belt_drive.statics import statics
+from frictionsim.mechanisms.belt_drive.equilibrium import statics
+from frictionsim.mechanisms.belt_drive.schema import PANELS, BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.study import METRICS, ladders, references, tighter
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 from frictionsim.scenario.signals import Signal, linear
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario, ContactTable
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -50,14 +50,14 @@ TURNED = 16
 CONTACT_ROWS = 17
 NEW = 2.0
 
-# Rows of `Belt.pul`, (16, pulleys): centre and radius, m, moment of inertia, kg m^2; angular
+# Rows of `Belt.pul`, (15, pulleys): centre and radius, m, moment of inertia, kg m^2; angular
 # velocity, rad/s, and acceleration, rad/s^2; torque from outside, N m;
 PX, PY, RADIUS, INERTIA, SPEED, ALPHA, TORQUE = range(7)
 # its contact with a body: N/m^2, N/m, N s/m, 1/m; the sum of its friction on the belt, N or N s;
 QUADRATIC, LINEAR, DAMPING, INV_FULL, PULL = range(7, 12)
 # in fixed steps: the speed at the start of a step and at its end; 1 where it is given.
 SPEED_OLD, SPEED_NEW, FIXED = range(12, 15)
-PULLEY_ROWS = 16
+PULLEY_ROWS = 15
 
 # What a signal gives: a torque, N m, over time or over the speed of the pulley; a speed, rad/s.
 TORQUE_OVER_TIME, TORQUE_OVER_SPEED, SPEED_OVER_TIME = range(3)
@@ -75,110 +75,64 @@ RELAXATION_TRANSITS, MAX_RELAXATION_TIME = 1.5, 2e-5
 
 
 class Line(NamedTuple):
-    """The line that a guided string moves along.
+    """The line that a guided string moves along."""
 
-    Attributes
-    ----------
-    length : float, m
-    starts, arcs : (pulleys,), m
-        Where the arc of each pulley begins, from where the belt leaves the first one; its length.
-    senses : (pulleys,)
-        +1 where the belt passes a pulley counter-clockwise, else -1.
-    """
-
-    length: float
+    length: float  # m
+    # Of each pulley: where its arc begins, from where the belt leaves the first one, and the arc's
+    # length, m; +1 where the belt passes it counter-clockwise, else -1.
     starts: Array
     arcs: Array
     senses: Array
 
 
 class Belt(NamedTuple):
-    """A belt drive as its kernels see it; None is what it lacks.
+    """A belt drive as its kernels see it; None is what it lacks."""
 
-    Attributes
-    ----------
-    n, full, width : int
-        Bodies; the same up to full vectors; the length of a row.
-    angles, speeds, energies, size : int
-        Where in a state the pulleys' angles, the speeds of the free ones, and the energies begin,
-        behind the kinematics; its length, up to full vectors, with the works of friction.
-    mass, inertia, half : float, kg, kg m^2, m
-        Of a body; half of its length.
-    turning : float, rad
-        By which the belt turns in one round, 2 pi or -2 pi.
-    skin : float, m
-        Bodies so near to a rim, or points to an arc, are looked at until the next search.
-    stiffness, damping : float, N/m, N s/m
-        Of a joint, along the belt.
-    obliquity : float
-        Up to which the damper of a joint acts in full, where fixed steps extrapolate velocities:
-        twice sin^2 of its angle with the mean direction of its bodies.
-    bending, bend_damping : float, 1/s^2, 1/s
-        Of a joint, over the inertia of a body.
-    gravity : float, m/s^2
-    contact_damping, wrap : True or None
-        Contacts have dampers; slip is that of the material on the rim, not of the body's centre.
-    inv_tau : float, 1/s
-        Set-valued friction: the rate at which residual slip ends.
-    transition : float, m/s
-        Regularised friction: the slip at which it has its full size.
-    creep, creep_time : float, m, s
-        The creep at which a contact at rest has its full friction, and the time in which it slips
-        that; without a time the length of the step.
-    work, con, pul : arrays
-        Rows of bodies and joints, contacts, pulleys.
-    free, prescribed : (m,)
-        Pulleys that move freely, and those whose speed is given.
-    runs, n_runs : (runs, 3), (1,)
-        Pulley, first body and end of each run of bodies near a pulley, in blocks of eight.
-    sig_pulley, sig_kind, sig_offset, sig_piece, sig_wave : arrays
-        Signals, a row each, those of one pulley add: its pulley and kind, (rows,); its pieces are
-        sig_offset[k] to sig_offset[k + 1] - 1, (pieces, 5), each a knot and c0 to c3 of
-        c0 + c1 (u - knot) + ...; amplitude, angular frequency, rad/s, and phase, (rows, 3).
-    plane : True or None
-        Bodies move in the plane.
-    line : Line or None
-        Points are guided on a line.
-    """
-
-    n: int
-    full: int
-    width: int
+    n: int  # bodies
+    full: int  # the same up to full vectors
+    width: int  # of a row
+    # Where in a state the pulleys' angles, the speeds of the free ones, and the energies begin,
+    # behind the kinematics; its length, up to full vectors, with the works of friction.
     angles: int
     speeds: int
     energies: int
     size: int
-    mass: float
-    inertia: float
-    half: float
-    turning: float
-    skin: float
-    stiffness: float
-    damping: float | None
+    mass: float  # kg, of a body
+    inertia: float  # kg m^2
+    half: float  # m, of the unstretched length of a body
+    turning: float  # rad, of the belt in one round: 2 pi or -2 pi
+    skin: float  # m; bodies so near to a rim or an arc are looked at until the next search
+    stiffness: float  # N/m, of a joint along the belt
+    damping: float | None  # N s/m
+    # Up to which the damper of a joint acts in full, where fixed steps extrapolate velocities:
+    # twice sin^2 of its angle with the mean direction of its bodies.
     obliquity: float | None
-    bending: float | None
-    bend_damping: float | None
-    gravity: float | None
-    contact_damping: bool | None
-    wrap: bool | None
-    inv_tau: float | None
-    transition: float | None
-    creep: float | None
-    creep_time: float | None
-    work: Array
-    con: Array
-    pul: Array
-    free: Indices
-    prescribed: Indices
-    runs: Indices
-    n_runs: Indices
+    bending: float | None  # 1/s^2, the stiffness of a joint over the inertia of a body
+    bend_damping: float | None  # 1/s, likewise
+    gravity: float | None  # m/s^2
+    contact_damping: bool | None  # True where contacts have dampers
+    wrap: bool | None  # True where slip is that of the material on the rim, not of the centre
+    inv_tau: float | None  # 1/s; set-valued friction: the rate at which residual slip ends
+    transition: float | None  # m/s; regularised: the slip at which it has its full size
+    creep: float | None  # m, at which a contact at rest has its full friction
+    creep_time: float | None  # s, in which it slips that; without it the length of the step
+    work: Array  # rows of bodies and joints
+    con: Array  # of contacts
+    pul: Array  # of pulleys
+    free: Indices  # pulleys that move freely
+    prescribed: Indices  # those whose speed is given
+    runs: Indices  # (runs, 3): pulley, first body and end of each run of bodies near a pulley
+    n_runs: Indices  # (1,)
+    # Signals, those of one pulley add: of each its pulley and kind; its pieces, sig_offset[k] to
+    # sig_offset[k + 1] - 1, a knot and c0 to c3 of c0 + c1 (u - knot) + ... each; its amplitude,
+    # angular frequency, rad/s, and phase.
     sig_pulley: Indices
     sig_kind: Indices
     sig_offset: Indices
     sig_piece: Array
     sig_wave: Array
-    plane: bool | None
-    line: Line | None
+    plane: bool | None  # True where bodies move in the plane
+    line: Line | None  # where points are guided
 
     # What follows is for Python: kernels see the fields above.
 
@@ -332,12 +286,6 @@ def initial_positions(length: float, points: int) -> Array:
     return positions
 
 
-def mesh_scale(contact: "ContactTable", bodies: int) -> float:
-    """Return the ratio of a body's contact to the one that the scenario gives."""
-    reference = contact.reference_bodies
-    return 1.0 if reference is None else reference / bodies
-
-
 def _pulleys(scenario: "BeltDriveScenario") -> Array:
     """Return the pulleys' rows, with their contact with one body."""
     pulleys, contact = scenario.mechanism.pulleys, scenario.effects.contact
@@ -345,7 +293,8 @@ def _pulleys(scenario: "BeltDriveScenario") -> Array:
     for j, p in enumerate(pulleys):
         pul[[PX, PY, RADIUS, INERTIA], j] = *p.center, p.radius, p.inertia
         if contact is not None:
-            scale = mesh_scale(contact, scenario.mechanism.belt.bodies)
+            bodies = scenario.mechanism.belt.bodies
+            scale = (contact.reference_bodies or bodies) / bodies
             pul[QUADRATIC, j] = scale * contact.at(p.name, "c1")
             pul[LINEAR, j] = scale * contact.at(p.name, "c2")
             pul[DAMPING, j] = scale * contact.at(p.name, "damping")

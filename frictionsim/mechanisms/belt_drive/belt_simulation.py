@@ -7,9 +7,8 @@ import numpy as np
 
 from frictionsim.errors import BudgetExceeded
 from frictionsim.mechanisms.belt_drive.belt import BLOCK, Array, Belt, belt_of, initial_state
-from frictionsim.mechanisms.belt_drive.channels import channels_of
+from frictionsim.mechanisms.belt_drive.compilation import seconds_of_compilation
 from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
-from frictionsim.mechanisms.belt_drive.kernel_folder import seconds_of_compilation
 from frictionsim.mechanisms.belt_drive.limits import (
     deepest_contact_stiffness,
     error_scales,
@@ -17,6 +16,7 @@ from frictionsim.mechanisms.belt_drive.limits import (
     wave_eigenvalues,
 )
 from frictionsim.mechanisms.belt_drive.sampling import Observer
+from frictionsim.mechanisms.belt_drive.schema import channels_of
 from frictionsim.results import SimulationResult
 from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
 from frictionsim.solvers.recording import SampleTimes

@@ -39,32 +39,18 @@ Array = npt.NDArray[Any]  # of floats, or of complex numbers for derivatives
 
 
 class Shape(NamedTuple):
-    """Where the bodies are, (..., n) each.
+    """Where the bodies are, (..., n) each."""
 
-    Attributes
-    ----------
-    y : m
-        Height of the centres.
-    cos, sin : 1
-        Directions.
-    gap_x, gap_y, bend : m and rad
-        How far joint k, before body k, is stretched and bent.
-    pulley : of int
-        The one whose rim is nearest.
-    normal_x, normal_y, depth : 1 and m
-        Outward normal there, and how deep the body is pressed; 0 where it does not touch.
-    """
-
-    y: Array
-    cos: Array
+    y: Array  # m, height of the centres
+    cos: Array  # directions
     sin: Array
-    gap_x: Array
+    gap_x: Array  # m, how far joint k, before body k, is stretched
     gap_y: Array
-    bend: Array
-    pulley: npt.NDArray[np.intp]
-    normal_x: Array
+    bend: Array  # rad, and bent
+    pulley: npt.NDArray[np.intp]  # the one whose rim is nearest
+    normal_x: Array  # outward normal there
     normal_y: Array
-    depth: Array
+    depth: Array  # m, how deep the body is pressed; 0 where it does not touch
 
 
 def shape_of(belt: Belt, places: Array) -> Shape:

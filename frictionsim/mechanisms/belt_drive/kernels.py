@@ -73,64 +73,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.belt_drive.belt import (
-    ALPHA,
-    BACKWARD,
-    BEND,
-    BIAS,
-    BLOCK,
-    COS,
-    DAMPING,
-    DX,
-    DY,
-    FORWARD,
-    FRICTION,
-    FX,
-    FY,
-    INERTIA,
-    INV_FULL,
-    KAPPA,
-    LINEAR,
-    MIDDLE,
-    MODE,
-    MU_BACKWARD,
-    MU_FORWARD,
-    MU_K,
-    MU_S,
-    NEW,
-    NORMAL,
-    NX,
-    NY,
-    PHI,
-    POSITION,
-    PULL,
-    PX,
-    PY,
-    QUADRATIC,
-    RADIUS,
-    RATE,
-    SIN,
-    SLIP,
-    SPEED,
-    SPEED_OVER_TIME,
-    SPIN,
-    STICKING,
-    TENSION,
-    TORQUE,
-    TORQUE_OVER_SPEED,
-    TURNED,
-    VELOCITY,
-    VX,
-    VY,
-    WORK_ROWS,
-    YIELD,
-    Array,
-    Belt,
-    Line,
-    X,
-    Y,
-)
-from frictionsim.mechanisms.belt_drive.numba_kinds import loop, part, shared
+from frictionsim.mechanisms.belt_drive import belt as row
+from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Line
+from frictionsim.mechanisms.belt_drive.compilation import loop, part, shared
 from frictionsim.solvers import friction_curve as curve
 
 TINY = 1e-300  # a joint of no length has no force; padding may stand in the centre of a pulley
@@ -209,6 +154,18 @@ class Contact(NamedTuple):
     turned: Array
 
 
+class Arc(NamedTuple):
+    """The arc of one pulley that points on a line pass."""
+
+    sense: float  # +1 where they pass it counter-clockwise, else -1
+    rim: float  # m/s, the speed of the rim
+    inv_radius: float
+    start: float  # m, in one round
+    length: float
+    skin: float  # m, by which a point may be before it and is on it
+    line: float  # m, the length of a round
+
+
 class Rim(NamedTuple):
     """One pulley: centre and radius, m, rim speed, m/s, and its contact with a body."""
 
@@ -225,14 +182,21 @@ class Rim(NamedTuple):
 @part
 def bodies_of(kin: Array) -> Bodies:
     """Return the rows of the kinematics of bodies in the plane."""
-    return Bodies(kin[X], kin[Y], kin[PHI], kin[VX], kin[VY], kin[SPIN])
+    return Bodies(kin[row.X], kin[row.Y], kin[row.PHI], kin[row.VX], kin[row.VY], kin[row.SPIN])
 
 
 @part
 def joints_of(work: Array) -> Joints:
     """Return the rows of the joints."""
     return Joints(
-        work[COS], work[SIN], work[FX], work[FY], work[BEND], work[RATE], work[DX], work[DY]
+        work[row.COS],
+        work[row.SIN],
+        work[row.FX],
+        work[row.FY],
+        work[row.BEND],
+        work[row.RATE],
+        work[row.DX],
+        work[row.DY],
     )
 
 
@@ -240,23 +204,23 @@ def joints_of(work: Array) -> Joints:
 def contact_of(con: Array, j: int) -> Contact:
     """Return the rows of the contacts with pulley j."""
     return Contact(
-        con[NX, j],
-        con[NY, j],
-        con[NORMAL, j],
-        con[SLIP, j],
-        con[BIAS, j],
-        con[FORWARD, j],
-        con[BACKWARD, j],
-        con[FRICTION, j],
-        con[STICKING, j],
-        con[KAPPA, j],
-        con[YIELD, j],
-        con[MODE, j],
-        con[MU_FORWARD, j],
-        con[MU_BACKWARD, j],
-        con[MU_S, j],
-        con[MU_K, j],
-        con[TURNED, j],
+        con[row.NX, j],
+        con[row.NY, j],
+        con[row.NORMAL, j],
+        con[row.SLIP, j],
+        con[row.BIAS, j],
+        con[row.FORWARD, j],
+        con[row.BACKWARD, j],
+        con[row.FRICTION, j],
+        con[row.STICKING, j],
+        con[row.KAPPA, j],
+        con[row.YIELD, j],
+        con[row.MODE, j],
+        con[row.MU_FORWARD, j],
+        con[row.MU_BACKWARD, j],
+        con[row.MU_S, j],
+        con[row.MU_K, j],
+        con[row.TURNED, j],
     )
 
 
@@ -264,15 +228,22 @@ def contact_of(con: Array, j: int) -> Contact:
 def rim_of(pul: Array, j: int) -> Rim:
     """Return the numbers of pulley j."""
     return Rim(
-        pul[PX, j],
-        pul[PY, j],
-        pul[RADIUS, j],
-        pul[RADIUS, j] * pul[SPEED, j],
-        pul[QUADRATIC, j],
-        pul[LINEAR, j],
-        pul[DAMPING, j],
-        pul[INV_FULL, j],
+        pul[row.PX, j],
+        pul[row.PY, j],
+        pul[row.RADIUS, j],
+        pul[row.RADIUS, j] * pul[row.SPEED, j],
+        pul[row.QUADRATIC, j],
+        pul[row.LINEAR, j],
+        pul[row.DAMPING, j],
+        pul[row.INV_FULL, j],
     )
+
+
+@part
+def arc_of(b: Belt, line: Line, j: int, speed: float) -> Arc:
+    """Return the numbers of pulley j, whose rim moves at a speed."""
+    inv_radius = 1.0 / b.pul[row.RADIUS, j]
+    return Arc(line.senses[j], speed, inv_radius, line.starts[j], line.arcs[j], b.skin, line.length)
 
 
 @loop
@@ -304,14 +275,14 @@ def cos_sin(angle: float) -> tuple[float, float]:
 
 
 @loop
-def turn(
-    full: int, phi: Array, spin: Array, cos: Array, sin: Array, bend: Array, rate: Array
-) -> None:
+def turn(full: int, at: Bodies, joints: Joints) -> None:
     """Write the directions of bodies, and of the joint behind each its angle and rate."""
-    for k in range(full):
+    phi, spin, cos, sin = at.phi, at.spin, joints.cos, joints.sin
+    bend, rate = joints.bend, joints.rate
+    for k in range(np.uint64(full)):
         cos[k], sin[k] = cos_sin(phi[k])
-    for k in range(full):
-        bend[k], rate[k] = phi[k + 1] - phi[k], spin[k + 1] - spin[k]
+    for k in range(np.uint64(full)):
+        bend[k + ONE], rate[k + ONE] = phi[k + ONE] - phi[k], spin[k + ONE] - spin[k]
 
 
 @loop
@@ -322,42 +293,39 @@ def pull(
     c: float,
     damping: float | None,
     obliquity: float | None,
+    parts: bool | None,
     at: Bodies,
-    cos: Array,
-    sin: Array,
-    fx: Array,
-    fy: Array,
-    dx: Array | None,
-    dy: Array | None,
+    joints: Joints,
 ) -> float:
     """Write the forces of the joints behind each body; return the power of their dampers, W.
 
     With the spring's force F the damper's is b (d' . F) F / F^2: no root, and no direction to be
-    kept for a joint without length. With dx and dy, which take its part, no power is summed: that
-    of a fixed step is the one at its mean velocities.
+    kept for a joint without length. With `parts`, those of the dampers are written and no power is
+    summed: that of a fixed step is the one at its mean velocities.
     """
     x, y, vx, vy, spin, power = at.x, at.y, at.vx, at.vy, at.spin, 0.0
-    for k in range(full):
-        c0, c1, s0, s1 = cos[k], cos[k + 1], sin[k], sin[k + 1]
-        px = c * (x[k + 1] - x[k] - half * (c0 + c1))
-        py = c * (y[k + 1] - y[k] - half * (s0 + s1))
+    cos, sin, fx, fy, dx, dy = joints.cos, joints.sin, joints.fx, joints.fy, joints.dx, joints.dy
+    for k in range(np.uint64(full)):
+        c0, c1, s0, s1 = cos[k], cos[k + ONE], sin[k], sin[k + ONE]
+        px = c * (x[k + ONE] - x[k] - half * (c0 + c1))
+        py = c * (y[k + ONE] - y[k] - half * (s0 + s1))
         if damping is not None:
-            w0, w1 = half * spin[k], half * spin[k + 1]
-            rx = vx[k + 1] - vx[k] + (s0 * w0 + s1 * w1)
-            ry = vy[k + 1] - vy[k] - (c0 * w0 + c1 * w1)
+            w0, w1 = half * spin[k], half * spin[k + ONE]
+            rx = vx[k + ONE] - vx[k] + (s0 * w0 + s1 * w1)
+            ry = vy[k + ONE] - vy[k] - (c0 * w0 + c1 * w1)
             dot = px * rx + py * ry
             size = px * px + py * py
             if obliquity is not None:
                 across = px * (s0 + s1) - py * (c0 + c1)
                 size = max(size, across * across * (0.5 / obliquity))
             d = damping * dot / (size + TINY)
-            if dx is not None and dy is not None:
-                dx[k], dy[k] = d * px, d * py
+            if parts is not None:
+                dx[k + ONE], dy[k + ONE] = d * px, d * py
             else:
-                power += d * dot * (1.0 if k < n else 0.0)
+                power += d * dot * (1.0 if k < np.uint64(n) else 0.0)
             px += d * px
             py += d * py
-        fx[k], fy[k] = px, py
+        fx[k + ONE], fy[k + ONE] = px, py
     return power
 
 
@@ -392,27 +360,21 @@ def accelerate(
 
 
 @part
-def body_forces(
-    kin: Array, acc: Accelerations, dx: Array | None, dy: Array | None, b: Belt
-) -> float:
-    """Write the accelerations without contacts; return the power of dampers, W.
+def body_forces(kin: Array, acc: Accelerations, parts: bool | None, b: Belt) -> float:
+    """Write the accelerations without contacts; return the power of dampers, W, as of `pull`.
 
-    Closes the ring: it writes column n of the kinematics, the copy of the first body. dx and dy are
-    the parts of dampers of joints 1 to n, or None.
+    Closes the ring: it writes column n of the kinematics, the copy of the first body.
     """
-    n, full, work, at, joints = b.n, b.full, b.work, bodies_of(kin), joints_of(b.work)
-    cos, sin, fx, fy, bend, rate, _, _ = joints
-    for row in range(6):
-        kin[row, n] = kin[row, 0]
+    n, full, at, joints = b.n, b.full, bodies_of(kin), joints_of(b.work)
+    for i in range(6):
+        kin[i, n] = kin[i, 0]
     at.phi[n] += b.turning
-    turn(full, at.phi, at.spin, cos, sin, bend[1:], rate[1:])
-    bend[0], rate[0], cos[n], sin[n] = bend[n], rate[n], cos[0], sin[0]
-    damped = pull(
-        n, full, b.half, b.stiffness, b.damping, b.obliquity, at, cos, sin, fx[1:], fy[1:], dx, dy
-    )
+    turn(full, at, joints)
+    joints.cos[n], joints.sin[n] = joints.cos[0], joints.sin[0]
+    damped = pull(n, full, b.half, b.stiffness, b.damping, b.obliquity, parts, at, joints)
     # Joint 0 is joint n; the parts of dampers as well, or the heat that fixed steps take is wrong.
-    for row in range(FX, WORK_ROWS):
-        work[row, 0] = work[row, n]
+    for i in range(row.FX, row.WORK_ROWS):
+        b.work[i, 0] = b.work[i, n]
     lever = b.half / b.inertia
     bent = accelerate(
         n, full, 1.0 / b.mass, lever, b.bending, b.bend_damping, b.gravity, joints, acc
@@ -551,7 +513,7 @@ def pulley_motion(j: int, x: float, external: float, b: Belt) -> float:
     x, the first guess, is an angular acceleration and `external` a torque; or an angular velocity
     and the angular momentum that there would be without friction. Newton's method, in a bracket.
     """
-    c, radius, inertia = contact_of(b.con, j), b.pul[RADIUS, j], b.pul[INERTIA, j]
+    c, radius, inertia = contact_of(b.con, j), b.pul[row.RADIUS, j], b.pul[row.INERTIA, j]
     low, high = -np.inf, np.inf
     for _ in range(MAX_ITERATIONS):
         force = sticking = 0.0
@@ -617,14 +579,8 @@ def press_on_line(
     e: int,
     duration: float,
     inv_tau: float | None,
-    rim: float,
-    sense: float,
-    inv_radius: float,
-    start: float,
-    arc: float,
-    skin: float,
-    length: float,
     mass: float,
+    arc: Arc,
     v: Array,
     gained: Array,
     tension: Array,
@@ -635,21 +591,22 @@ def press_on_line(
     """Write what friction is solved from, of points a to e at one pulley; the bias to any row.
 
     `gained` are the accelerations without friction, m/s^2, with a duration of 1 s; or, for impulses
-    of a step of that duration, the velocities after it, without inv_tau. `start` is where the arc
-    begins in one round; that of a point is the last one that begins before it, by a skin.
+    of a step of that duration, the velocities after it, without inv_tau. The arc of a point is the
+    last one that begins before it, by a skin.
     """
-    inv_length, rate = 1.0 / length, 0.0
+    inv_line, rate = 1.0 / arc.line, 0.0
     if inv_tau is not None:
         rate = inv_tau
     for k in range(np.uint64(a), np.uint64(e)):
         before, after = middle[k], middle[k + ONE]
-        begin = start + length * np.floor((before - start + skin) * inv_length)
-        on_arc = min(max(after - begin, 0.0), arc) - min(max(before - begin, 0.0), arc)
+        begin = arc.start + arc.line * np.floor((before - arc.start + arc.skin) * inv_line)
+        left, entered = min(max(after - begin, 0.0), arc.length), max(before - begin, 0.0)
+        on_arc = left - min(entered, arc.length)
         force = 0.5 * (tension[k] + tension[k + ONE]) - mass * v[k] * v[k] / (after - before)
-        force = max(force * on_arc * inv_radius, 0.0) if k < np.uint64(n) else 0.0
-        slip = rim - sense * v[k]
+        force = max(force * on_arc * arc.inv_radius, 0.0) if k < np.uint64(n) else 0.0
+        slip = arc.rim - arc.sense * v[k]
         c.normal[k], c.slip[k], c.yields[k] = force, slip, mass
-        bias[k] = slip * rate - sense * gained[k]
+        bias[k] = slip * rate - arc.sense * gained[k]
         c.forward[k] = duration * c.mu_forward[k] * force
         c.backward[k] = duration * c.mu_backward[k] * force
 
@@ -674,8 +631,8 @@ def rub_on_line(
 def point_forces(kin: Array, acceleration: Array, b: Belt, line: Line) -> float:
     """Write the accelerations of points without friction; return the power of dampers, W."""
     n, full = b.n, b.full
-    tension, middle = b.work[TENSION], b.work[MIDDLE]
-    s, v, rest = kin[POSITION], kin[VELOCITY], 2.0 * b.stiffness * b.half
+    tension, middle = b.work[row.TENSION], b.work[row.MIDDLE]
+    s, v, rest = kin[row.POSITION], kin[row.VELOCITY], 2.0 * b.stiffness * b.half
     s[n], v[n] = s[0] + line.length, v[0]
     damped = stretch(n, full, b.stiffness, rest, b.damping, s, v, tension[1:], middle[1:])
     tension[0], middle[0] = tension[n], middle[n] - line.length
@@ -713,35 +670,35 @@ def search(b: Belt, kin: Array, plane: bool | None, line: Line | None, wrap: boo
     """
     con, pul, count, gap, slip = b.con, b.pul, 0, 0.0, 0.0
     if plane is not None:
-        phi = kin[PHI]
+        phi = kin[row.PHI]
         phi[b.n] = phi[0] + b.turning
     for j in range(pul.shape[1]):
-        rim, inside = pul[RADIUS, j] * pul[SPEED, j], False
+        rim, inside = pul[row.RADIUS, j] * pul[row.SPEED, j], False
         if plane is not None:
-            reach = (pul[RADIUS, j] + b.skin) ** 2
+            reach = (pul[row.RADIUS, j] + b.skin) ** 2
         if line is not None:
             reach = line.arcs[j] + 2.0 * b.skin
-        for first in range(0, b.full, BLOCK):
+        for first in range(0, b.full, row.BLOCK):
             nearest = np.inf
-            for k in range(first, min(first + BLOCK, b.n)):
+            for k in range(first, min(first + row.BLOCK, b.n)):
                 if plane is not None:
-                    dx, dy = kin[X, k] - pul[PX, j], kin[Y, k] - pul[PY, j]
+                    dx, dy = kin[row.X, k] - pul[row.PX, j], kin[row.Y, k] - pul[row.PY, j]
                     gap = dx * dx + dy * dy
                 if line is not None:
-                    gap = kin[POSITION, k] - line.starts[j] + b.skin
+                    gap = kin[row.POSITION, k] - line.starts[j] + b.skin
                     gap -= line.length * np.floor(gap / line.length)
                 nearest = min(nearest, gap)
             if nearest >= reach:
                 inside = False
-                for k in range(first, first + BLOCK):
-                    con[MODE, j, k] = NEW
-                    con[FRICTION, j, k] = con[NORMAL, j, k] = con[STICKING, j, k] = 0.0
+                for k in range(first, first + row.BLOCK):
+                    con[row.MODE, j, k] = row.NEW
+                    con[row.FRICTION, j, k] = con[row.NORMAL, j, k] = con[row.STICKING, j, k] = 0.0
                 continue
-            for k in range(first, first + BLOCK):
-                if con[MODE, j, k] == NEW:
+            for k in range(first, first + row.BLOCK):
+                if con[row.MODE, j, k] == row.NEW:
                     if plane is not None:
-                        dx, dy = kin[X, k] - pul[PX, j], kin[Y, k] - pul[PY, j]
-                        along = kin[VY, k] * dx - kin[VX, k] * dy
+                        dx, dy = kin[row.X, k] - pul[row.PX, j], kin[row.Y, k] - pul[row.PY, j]
+                        along = kin[row.VY, k] * dx - kin[row.VX, k] * dy
                         along /= np.sqrt(dx * dx + dy * dy + TINY)
                         if wrap is not None:
                             after = phi[k + 1] - phi[k]
@@ -749,14 +706,14 @@ def search(b: Belt, kin: Array, plane: bool | None, line: Line | None, wrap: boo
                             along *= 1.0 + (before * before + after * after) / 24.0
                         slip = rim - along
                     if line is not None:
-                        slip = rim - line.senses[j] * kin[VELOCITY, k]
-                    con[SLIP, j, k], con[MODE, j, k] = slip, np.sign(slip)
-                    con[STICKING, j, k] = 1.0 if slip == 0.0 else 0.0
-            choose(first, first + BLOCK, contact_of(con, j))
+                        slip = rim - line.senses[j] * kin[row.VELOCITY, k]
+                    con[row.SLIP, j, k], con[row.MODE, j, k] = slip, np.sign(slip)
+                    con[row.STICKING, j, k] = 1.0 if slip == 0.0 else 0.0
+            choose(first, first + row.BLOCK, contact_of(con, j))
             if not inside:
                 b.runs[count, 0], b.runs[count, 1], inside = j, first, True
                 count += 1
-            b.runs[count - 1, 2] = first + BLOCK
+            b.runs[count - 1, 2] = first + row.BLOCK
     b.n_runs[0] = count
 
 
@@ -816,17 +773,17 @@ def drive(t: float, b: Belt) -> None:
     """Write the torques on all pulleys from outside, and the motion of those that is given."""
     pul = b.pul
     for j in b.prescribed:
-        pul[SPEED, j] = pul[ALPHA, j] = 0.0
+        pul[row.SPEED, j] = pul[row.ALPHA, j] = 0.0
     for j in range(pul.shape[1]):
-        pul[TORQUE, j] = 0.0
+        pul[row.TORQUE, j] = 0.0
     for k in range(len(b.sig_kind)):
         j, kind = b.sig_pulley[k], b.sig_kind[k]
-        value, slope = signal(k, pul[SPEED, j] if kind == TORQUE_OVER_SPEED else t, b)
-        if kind == SPEED_OVER_TIME:
-            pul[SPEED, j] += value
-            pul[ALPHA, j] += slope
+        value, slope = signal(k, pul[row.SPEED, j] if kind == row.TORQUE_OVER_SPEED else t, b)
+        if kind == row.SPEED_OVER_TIME:
+            pul[row.SPEED, j] += value
+            pul[row.ALPHA, j] += slope
         else:
-            pul[TORQUE, j] += value
+            pul[row.TORQUE, j] += value
 
 
 # --- the equation of motion ---------------------------------------------------------------------
@@ -855,49 +812,33 @@ def rhs(
     kin, rates = y[: b.angles].reshape((2 * rows, w)), f[half : b.angles].reshape((rows, w))
     copy(y[half : b.angles], f[:half])
     for i in range(len(b.free)):
-        pul[SPEED, b.free[i]] = y[b.speeds + i]
+        pul[row.SPEED, b.free[i]] = y[b.speeds + i]
     drive(t, b)
     damped = rubbed = put_in = 0.0
     if plane is not None:
         at, acc = bodies_of(kin), Accelerations(rates[0], rates[1], rates[2])
-        damped += body_forces(kin, acc, None, None, b)
+        damped += body_forces(kin, acc, None, b)
     if line is not None:
         damped += point_forces(kin, rates[0], b, line)
     for r in range(b.n_runs[0]):
         j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
         c, rim = contact_of(con, j), rim_of(pul, j)
         if plane is not None:
-            bend, rate, pressed = work[BEND], work[RATE], b.contact_damping
+            bend, rate, pressed = work[row.BEND], work[row.RATE], b.contact_damping
             damped += press(
                 b.n, a, e, pressed, b.wrap, inv_tau, b.mass, rim, at, bend, rate, acc, c
             )
         if line is not None:
+            arc, v, gained = arc_of(b, line, j, rim.speed), kin[row.VELOCITY], rates[0]
+            tension, middle = work[row.TENSION], work[row.MIDDLE]
             press_on_line(
-                b.n,
-                a,
-                e,
-                1.0,
-                inv_tau,
-                rim.speed,
-                line.senses[j],
-                1.0 / rim.radius,
-                line.starts[j],
-                line.arcs[j],
-                b.skin,
-                line.length,
-                b.mass,
-                kin[VELOCITY],
-                rates[0],
-                work[TENSION],
-                work[MIDDLE],
-                c.bias,
-                c,
+                b.n, a, e, 1.0, inv_tau, b.mass, arc, v, gained, tension, middle, c.bias, c
             )
     if inv_tau is not None:
         for j in b.free:
-            pul[ALPHA, j] = pulley_motion(j, pul[ALPHA, j], pul[TORQUE, j], b)
+            pul[row.ALPHA, j] = pulley_motion(j, pul[row.ALPHA, j], pul[row.TORQUE, j], b)
     for j in range(pul.shape[1]):
-        pul[PULL, j] = 0.0
+        pul[row.PULL, j] = 0.0
     works = b.size - pul.shape[1] * w
     if wear is not None:  # of bodies that are near no pulley
         for i in range(works, b.size):
@@ -908,24 +849,26 @@ def rhs(
         if wear is not None:
             worn = f[works + j * w : works + (j + 1) * w]
         if inv_tau is not None:
-            project(a, e, pul[RADIUS, j] * pul[ALPHA, j], c)
+            project(a, e, pul[row.RADIUS, j] * pul[row.ALPHA, j], c)
         if inv_tau is None:
             regularise(a, e, b.transition, b.creep, b.creep_time, h, c)
         if plane is not None:
             force, power = rub(a, e, 1.0 / b.mass, c, acc, worn)
         if line is not None:
             force, power = rub_on_line(a, e, line.senses[j] / b.mass, c, rates[0], worn)
-        pul[PULL, j] += force
+        pul[row.PULL, j] += force
         rubbed += power
     if inv_tau is None:
         for j in b.free:
-            moment = pul[TORQUE, j] - pul[RADIUS, j] * pul[PULL, j]
-            pul[ALPHA, j] = moment / pul[INERTIA, j]
+            moment = pul[row.TORQUE, j] - pul[row.RADIUS, j] * pul[row.PULL, j]
+            pul[row.ALPHA, j] = moment / pul[row.INERTIA, j]
     for j in b.prescribed:  # what it takes to keep the speed
-        pul[TORQUE, j] = pul[INERTIA, j] * pul[ALPHA, j] + pul[RADIUS, j] * pul[PULL, j]
+        pul[row.TORQUE, j] = (
+            pul[row.INERTIA, j] * pul[row.ALPHA, j] + pul[row.RADIUS, j] * pul[row.PULL, j]
+        )
     for j in range(pul.shape[1]):
-        f[b.angles + j] = pul[SPEED, j]
-        put_in += pul[TORQUE, j] * pul[SPEED, j]
+        f[b.angles + j] = pul[row.SPEED, j]
+        put_in += pul[row.TORQUE, j] * pul[row.SPEED, j]
     for i in range(len(b.free)):
-        f[b.speeds + i] = pul[ALPHA, b.free[i]]
+        f[b.speeds + i] = pul[row.ALPHA, b.free[i]]
     f[b.energies], f[b.energies + 1], f[b.energies + 2] = put_in, rubbed, damped

@@ -38,8 +38,6 @@ References
 ----------
 .. [1] J. J. Moreau, "Unilateral contact and dry friction in finite freedom dynamics", 1988.
 .. [2] W. H. Press et al., Numerical Recipes, 3rd ed., 2007, 2.7.2: cyclic tridiagonal systems.
-.. [3] K. G. Murty, "Note on a Bard-type scheme for solving the complementarity problem", Opsearch
-   11, 1974.
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -47,33 +45,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from frictionsim.errors import InputError, NonFinite
-from frictionsim.mechanisms.belt_drive.belt import (
-    ALPHA,
-    BIAS,
-    DAMPING_HEAT,
-    FIXED,
-    FRICTION_HEAT,
-    FX,
-    FY,
-    INERTIA,
-    INPUT_ENERGY,
-    KAPPA,
-    MIDDLE,
-    NORMAL,
-    NY,
-    PULL,
-    RADIUS,
-    SPEED,
-    SPEED_NEW,
-    SPEED_OLD,
-    TENSION,
-    TORQUE,
-    Array,
-    Belt,
-    Indices,
-    Line,
-    aligned,
-)
+from frictionsim.mechanisms.belt_drive import belt as row
+from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Indices, Line, aligned
+from frictionsim.mechanisms.belt_drive.compilation import kernel, loop, part
 from frictionsim.mechanisms.belt_drive.kernels import (
     ONE,
     TINY,
@@ -82,6 +56,7 @@ from frictionsim.mechanisms.belt_drive.kernels import (
     Contact,
     Joints,
     Rim,
+    arc_of,
     bodies_of,
     body_forces,
     contact_of,
@@ -95,15 +70,12 @@ from frictionsim.mechanisms.belt_drive.kernels import (
     search,
     update_modes,
 )
-from frictionsim.mechanisms.belt_drive.numba_kinds import kernel, loop, part
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
 
 SEARCH_INTERVAL = 16  # steps from one search for bodies near pulleys to the next
-# Passes of stiff dampers and friction, one or two as a rule. Changing all wrong bodies at once may
-# go round in a circle; after some, only the first one is changed, Murty's rule, which ends [3]_.
-BLOCK_PASSES, MAX_PASSES = 10, 1000
+MAX_PASSES = 30  # of stiff dampers and friction by turns; one or two are the rule
 TENSION_TOLERANCE = 1e-8  # of a correction of the tensions on a line, over their mean
 
 # The numbers in `counts`: steps, and how many of them ended with another sticking set than their
@@ -112,25 +84,13 @@ STEPS, UNSETTLED = range(2)
 
 
 class Steps(NamedTuple):
-    """An integration between two steps, in arrays that its kernels write to.
+    """An integration between two steps, in arrays that its kernels write to."""
 
-    Attributes
-    ----------
-    y_old, y : (size,)
-        The states at the start and the end of the last step.
-    middle : (rows, width)
-        The kinematics in the middle of the next step; it starts with them.
-    acc : (rows/2, width)
-        Accelerations.
-    counts : (2,)
-        STEPS, UNSETTLED.
-    """
-
-    y_old: Array
-    y: Array
-    middle: Array
-    acc: Array
-    counts: Indices
+    y_old: Array  # (size,), the state at the start of the last step
+    y: Array  # and at its end
+    middle: Array  # (rows, width), the kinematics in the middle of the next step
+    acc: Array  # (rows/2, width), accelerations; on a line the new velocities
+    counts: Indices  # (2,): STEPS, UNSETTLED
 
 
 class Body(NamedTuple):
@@ -153,71 +113,40 @@ class Motion(NamedTuple):
 
 
 class Dampers(NamedTuple):
-    """Rows to solve for dampers in.
+    """Rows to solve for dampers in, (width,) unless said.
 
-    Attributes
-    ----------
-    ex, ey, after, before : (width,)
-        Of joint k: its direction; its levers about body k and body k - 1, m.
-    main, link : (width,), 1/kg
-        The diagonal of the system, and the coupling of joints k and k + 1, where nothing sticks.
-    rate, impulse, used : (width,), m/s and N s
-        Twice the mean rate of stretch of joint k without its damper; the impulse of this, and that
-        which the tensions on a line have.
-    p, q, stuck, given : (width,)
-        Of body k on a pulley, with t of its contact: e . t of joints k and k + 1; 1 where it
-        sticks; the velocity along t, m/s, that friction adds.
-    inverse, off, corner : (width,)
-        The elimination.
-    vx, vy, spin : (width,), m/s and rad/s
-        What the dampers added to the velocities of the bodies in the last step.
-    torsion, correction : (width,), N m s
-        The impulses of the dampers of bending, and their change from the last step.
-    bias : (pulleys, width), m/s
-        The bias of sticking without dampers.
-    columns : (1 + free, width)
-        The impulses, and by what they change with the speed of each free pulley, N s and kg m.
-    rims : (free, width), m
-        How the rim of each free pulley stretches the joints.
-    matrix : (free, free + 1)
-        The equations of the free pulleys.
+    `corner` and `off` serve the elimination; `columns` are the impulses, N s, and by what they
+    change with the speed of each free pulley, kg m.
     """
 
-    ex: Array
+    ex: Array  # of joint k its direction
     ey: Array
-    after: Array
-    before: Array
-    main: Array
-    link: Array
-    rate: Array
-    impulse: Array
-    used: Array
-    p: Array
-    q: Array
-    stuck: Array
-    given: Array
+    after: Array  # m, its lever about body k
+    before: Array  # and about body k - 1
+    main: Array  # 1/kg, the diagonal of the system, where nothing sticks
+    link: Array  # the coupling of joints k and k + 1
+    rate: Array  # m/s, twice the mean rate of stretch of joint k without its damper
+    impulse: Array  # N s, of its damper
+    used: Array  # that which the tensions on a line have
+    p: Array  # of body k on a pulley, with t of its contact: e . t of joint k
+    q: Array  # and of joint k + 1
+    stuck: Array  # 1 where it sticks
+    given: Array  # m/s, the velocity along t that friction adds
     inverse: Array
     off: Array
     corner: Array
-    vx: Array
+    vx: Array  # m/s, what the dampers added to the velocities of bodies in the last step
     vy: Array
-    spin: Array
-    torsion: Array
-    correction: Array
-    bias: Array
-    columns: Array
-    rims: Array
-    matrix: Array
+    spin: Array  # rad/s
+    torsion: Array  # N m s, the impulses of the dampers of bending
+    correction: Array  # and their change from the last step
+    bias: Array  # (pulleys, width), m/s, of sticking without dampers
+    columns: Array  # (1 + free, width)
+    rims: Array  # (free, width), m, how the rim of each free pulley stretches the joints
+    matrix: Array  # (free, free + 1), the equations of the free pulleys
 
 
 DAMPER_ROWS = 21  # of one dimension
-
-
-@part
-def motion_of(old: Array, s: Steps, work: Array) -> Motion:
-    """Return the rows of bodies in a step."""
-    acc = Accelerations(s.acc[0], s.acc[1], s.acc[2])
-    return Motion(bodies_of(old), bodies_of(s.middle), acc, joints_of(work))
 
 
 # --- pulleys --------------------------------------------------------------------------------------
@@ -235,20 +164,20 @@ def start_pulleys(t: float, h: float, y: Array, y_old: Array, b: Belt) -> None:
         if ahead == 0.5:
             for i in range(len(b.free)):
                 j, new, before = b.free[i], y[b.speeds + i], y_old[b.speeds + i]
-                pul[SPEED_OLD, j], pul[SPEED_NEW, j] = new, 2.0 * new - before
-                pul[SPEED, j] = 1.5 * new - 0.5 * before
+                pul[row.SPEED_OLD, j], pul[row.SPEED_NEW, j] = new, 2.0 * new - before
+                pul[row.SPEED, j] = 1.5 * new - 0.5 * before
         elif len(b.prescribed) == 0:
             continue
         drive(t + ahead * h, b)
         for j in b.prescribed:
             if ahead == 1.0:
-                pul[SPEED_NEW, j] = pul[SPEED, j]
+                pul[row.SPEED_NEW, j] = pul[row.SPEED, j]
             elif ahead == 0.0:
-                pul[SPEED_OLD, j] = pul[SPEED, j]
+                pul[row.SPEED_OLD, j] = pul[row.SPEED, j]
     for j in range(pul.shape[1]):
-        pul[PULL, j] = 0.0
+        pul[row.PULL, j] = 0.0
     for j in b.free:
-        pul[ALPHA, j] = pul[SPEED_OLD, j] + h * pul[TORQUE, j] / pul[INERTIA, j]
+        pul[row.ALPHA, j] = pul[row.SPEED_OLD, j] + h * pul[row.TORQUE, j] / pul[row.INERTIA, j]
     for i in range(b.angles, b.size):
         y_old[i] = y[i]
 
@@ -258,8 +187,8 @@ def solve_pulleys(b: Belt) -> None:
     """Write SPEED_NEW of free pulleys, with the friction of the bodies on them."""
     pul = b.pul
     for j in b.free:
-        momentum = pul[INERTIA, j] * pul[ALPHA, j]
-        pul[SPEED_NEW, j] = pulley_motion(j, pul[SPEED_NEW, j], momentum, b)
+        momentum = pul[row.INERTIA, j] * pul[row.ALPHA, j]
+        pul[row.SPEED_NEW, j] = pulley_motion(j, pul[row.SPEED_NEW, j], momentum, b)
 
 
 @part
@@ -270,23 +199,17 @@ def end_pulleys(h: float, rubbed: float, damped: float, y: Array, b: Belt) -> No
     """
     pul = b.pul
     for i in range(len(b.free)):
-        y[b.speeds + i] = pul[SPEED_NEW, b.free[i]]
+        y[b.speeds + i] = pul[row.SPEED_NEW, b.free[i]]
     for j in b.prescribed:
-        gained = pul[INERTIA, j] * (pul[SPEED_NEW, j] - pul[SPEED_OLD, j])
-        pul[TORQUE, j] = (gained + pul[RADIUS, j] * pul[PULL, j]) / h
+        gained = pul[row.INERTIA, j] * (pul[row.SPEED_NEW, j] - pul[row.SPEED_OLD, j])
+        pul[row.TORQUE, j] = (gained + pul[row.RADIUS, j] * pul[row.PULL, j]) / h
     for j in range(pul.shape[1]):
-        turned = 0.5 * h * (pul[SPEED_OLD, j] + pul[SPEED_NEW, j])
+        turned = 0.5 * h * (pul[row.SPEED_OLD, j] + pul[row.SPEED_NEW, j])
         y[b.angles + j] += turned
-        y[b.energies + INPUT_ENERGY] += pul[TORQUE, j] * turned
-        pul[SPEED, j] = pul[SPEED_NEW, j]
-    y[b.energies + FRICTION_HEAT] += rubbed
-    y[b.energies + DAMPING_HEAT] += damped
-
-
-@part
-def rim_speeds(pul: Array, j: int) -> tuple[float, float]:
-    """Return the velocities of a rim at the start and the end of a step, m/s."""
-    return pul[RADIUS, j] * pul[SPEED_OLD, j], pul[RADIUS, j] * pul[SPEED_NEW, j]
+        y[b.energies + row.INPUT_ENERGY] += pul[row.TORQUE, j] * turned
+        pul[row.SPEED, j] = pul[row.SPEED_NEW, j]
+    y[b.energies + row.FRICTION_HEAT] += rubbed
+    y[b.energies + row.DAMPING_HEAT] += damped
 
 
 # --- bodies in the plane, points on a line --------------------------------------------------------
@@ -300,35 +223,34 @@ def begin(size: int, h: float, q: Array, v: Array, q_middle: Array, v_middle: Ar
 
 
 @loop
-def gain(size: int, h: float, v: Array, a: Array, new: Array) -> None:
-    """Write the velocities that accelerations make of v in a step."""
+def gain(size: int, h: float, v: Array, new: Array) -> None:
+    """Make of accelerations the velocities after a step."""
     for i in range(size):
-        new[i] = v[i] + h * a[i]
+        new[i] = v[i] + h * new[i]
 
 
 @loop
 def move(
-    size: int, h: float, q: Array, v: Array, new: Array, q_middle: Array, v_middle: Array
+    size: int,
+    h: float,
+    accelerated: bool | None,
+    q: Array,
+    v: Array,
+    new: Array,
+    q_middle: Array,
+    v_middle: Array,
 ) -> None:
-    """Write the end of a step with its new velocities, and the middle of the next."""
-    for i in range(size):
-        v_middle[i] = 1.5 * new[i] - 0.5 * v[i]
-        v[i] = new[i]
-    for i in range(size):
-        place = q_middle[i] + 0.5 * h * v[i]
-        q[i], q_middle[i] = place, place + 0.5 * h * v[i]
+    """Write the end of a step with its new velocities, and the middle of the next.
 
-
-@loop
-def move_by(
-    size: int, h: float, q: Array, v: Array, a: Array, q_middle: Array, v_middle: Array
-) -> None:
-    """Write the end of a step with its accelerations, and the middle of the next."""
+    Where bodies are `accelerated`, `new` has their accelerations.
+    """
     for i in range(size):
-        new = v[i] + h * a[i]
-        place = q_middle[i] + 0.5 * h * new
-        v_middle[i], v[i] = 1.5 * new - 0.5 * v[i], new
-        q[i], q_middle[i] = place, place + 0.5 * h * new
+        after = new[i]
+        if accelerated is not None:
+            after = v[i] + h * new[i]
+        place = q_middle[i] + 0.5 * h * after
+        v_middle[i], v[i] = 1.5 * after - 0.5 * v[i], after
+        q[i], q_middle[i] = place, place + 0.5 * h * after
 
 
 @loop
@@ -501,29 +423,11 @@ def press_line(h: float, v: Array, new: Array, bias: Array, b: Belt, line: Line)
 
     v and new are the velocities in the middle of a step, and at its end without friction.
     """
+    tension, middle = b.work[row.TENSION], b.work[row.MIDDLE]
     for r in range(b.n_runs[0]):
         j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-        press_on_line(
-            b.n,
-            a,
-            e,
-            h,
-            None,
-            0.0,
-            line.senses[j],
-            1.0 / b.pul[RADIUS, j],
-            line.starts[j],
-            line.arcs[j],
-            b.skin,
-            line.length,
-            b.mass,
-            v,
-            new,
-            b.work[TENSION],
-            b.work[MIDDLE],
-            bias[j],
-            contact_of(b.con, j),
-        )
+        arc, c = arc_of(b, line, j, 0.0), contact_of(b.con, j)
+        press_on_line(b.n, a, e, h, None, b.mass, arc, v, new, tension, middle, bias[j], c)
 
 
 # --- dampers that are solved for ------------------------------------------------------------------
@@ -613,57 +517,28 @@ def guess(a: int, e: int, rim: float, bias: Array, c: Contact) -> None:
         c.sticking[k] *= 1.0 if c.forward[k] + c.backward[k] > 0.0 else 0.0
 
 
-@part
-def corrected(rim: float, c: Contact, k: int) -> tuple[float, float]:
-    """Return friction and sticking of body k as they should have been, after a solution.
+@loop
+def correct(a: int, e: int, rim: float, c: Contact) -> float:
+    """Correct who sticks of bodies a to e, and their friction; return how many change.
 
     What sticks and needs more than its limit slides; what was to slide and did so along its
     friction sticks: it may not turn round, or bodies that are tied by stiff dampers went to and
     fro for ever. What is not pressed does not stick, though its friction, none, is within limits.
     """
-    needed, friction, low, high = (
-        c.yields[k] * (rim + c.bias[k]),
-        c.friction[k],
-        -c.backward[k],
-        c.forward[k],
-    )
-    limited = min(max(needed, low), high)
-    within = 1.0 if limited == needed and high - low > 0.0 else 0.0
-    turned = 1.0 if (needed - friction) * friction < 0.0 else 0.0
-    way = needed if friction == 0.0 else friction
-    limit = high if way > 0.0 else low
-    stuck = c.sticking[k] > 0.0
-    return limited if stuck else limit, within if stuck else turned
-
-
-@loop
-def correct(a: int, e: int, rim: float, c: Contact) -> float:
-    """Correct friction and sticking of bodies a to e; return how many change between both."""
     changed = 0.0
     for k in range(np.uint64(a), np.uint64(e)):
-        friction, sticking = corrected(rim, c, k)
+        needed, low, high = c.yields[k] * (rim + c.bias[k]), -c.backward[k], c.forward[k]
+        friction = c.friction[k]
+        limited = min(max(needed, low), high)
+        within = 1.0 if limited == needed and high - low > 0.0 else 0.0
+        turned = 1.0 if (needed - friction) * friction < 0.0 else 0.0
+        way = needed if friction == 0.0 else friction
+        limit = high if way > 0.0 else low
+        stuck = c.sticking[k] > 0.0
+        sticking = within if stuck else turned
         changed += abs(sticking - c.sticking[k])
-        c.friction[k], c.sticking[k] = friction, sticking
+        c.friction[k], c.sticking[k] = limited if stuck else limit, sticking
     return changed
-
-
-@loop
-def follow_limits(a: int, e: int, c: Contact) -> None:
-    """Have the friction of what slides of bodies a to e its limits, which may have changed."""
-    for k in range(np.uint64(a), np.uint64(e)):
-        limit = c.forward[k] if c.friction[k] > 0.0 else -c.backward[k]
-        c.friction[k] = c.friction[k] if c.sticking[k] > 0.0 else limit
-
-
-@part
-def correct_one(a: int, e: int, rim: float, c: Contact) -> float:
-    """Correct the first of the bodies a to e that contradicts its law; return whether one does."""
-    for k in range(np.uint64(a), np.uint64(e)):
-        friction, sticking = corrected(rim, c, k)
-        if sticking != c.sticking[k]:
-            c.friction[k], c.sticking[k] = friction, sticking
-            return 1.0
-    return 0.0
 
 
 @loop
@@ -753,7 +628,9 @@ def rim_columns(b: Belt, d: Dampers) -> None:
             rim[k] = 0.0
         for r in range(b.n_runs[0]):
             if b.runs[r, 0] == j:
-                rim_rows(b.runs[r, 1], b.runs[r, 2], b.pul[RADIUS, j], contact_of(b.con, j), d, rim)
+                rim_rows(
+                    b.runs[r, 1], b.runs[r, 2], b.pul[row.RADIUS, j], contact_of(b.con, j), d, rim
+                )
         rim[b.n] += rim[0]
         copy(rim, d.columns[1 + i])
 
@@ -771,23 +648,23 @@ def solve_rims(b: Belt, d: Dampers) -> None:
         j = b.free[i]
         for c in range(free):
             m[i, c] = dot(b.n, d.rims[i], d.columns[1 + c])
-        m[i, i] += pul[INERTIA, j]
-        m[i, free] = pul[INERTIA, j] * pul[ALPHA, j] - dot(b.n, d.rims[i], d.columns[0])
+        m[i, i] += pul[row.INERTIA, j]
+        m[i, free] = pul[row.INERTIA, j] * pul[row.ALPHA, j] - dot(b.n, d.rims[i], d.columns[0])
         for r in range(b.n_runs[0]):
             if b.runs[r, 0] == j:
                 mass, need = held(b.runs[r, 1], b.runs[r, 2], d.bias[j], contact_of(b.con, j))
-                m[i, i] += pul[RADIUS, j] ** 2 * mass
-                m[i, free] -= pul[RADIUS, j] * need
+                m[i, i] += pul[row.RADIUS, j] ** 2 * mass
+                m[i, free] -= pul[row.RADIUS, j] * need
     for i in range(free):
-        for row in range(i + 1, free):
-            share = m[row, i] / m[i, i]
+        for below in range(i + 1, free):
+            share = m[below, i] / m[i, i]
             for c in range(i, free + 1):
-                m[row, c] -= share * m[i, c]
+                m[below, c] -= share * m[i, c]
     for i in range(free - 1, -1, -1):
         for c in range(i + 1, free):
             m[i, free] -= m[i, c] * m[c, free]
         m[i, free] /= m[i, i]
-        pul[SPEED_NEW, b.free[i]] = m[i, free]
+        pul[row.SPEED_NEW, b.free[i]] = m[i, free]
         add_times(b.n, m[i, free], d.columns[1 + i], d.columns[0])
 
 
@@ -799,7 +676,7 @@ def gather_contacts(b: Belt, d: Dampers) -> None:
         d.p[k] = d.q[k] = d.stuck[k] = d.given[k] = 0.0
     for r in range(b.n_runs[0]):
         j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-        rim = pul[FIXED, j] * pul[RADIUS, j] * pul[SPEED_NEW, j]
+        rim = pul[row.FIXED, j] * pul[row.RADIUS, j] * pul[row.SPEED_NEW, j]
         take_contacts(a, e, 1.0 / b.mass, rim, d.bias[j], contact_of(b.con, j), d)
     d.p[n], d.q[n], d.stuck[n], d.given[n] = d.p[0], d.q[0], d.stuck[0], d.given[0]
 
@@ -828,8 +705,8 @@ def solve_dampers(
     h: float,
     axial: float,
     line: Line | None,
-    v_middle: Array | None,
-    v_new: Array | None,
+    v_middle: Array,
+    v_new: Array,
     s: Steps,
     b: Belt,
     d: Dampers,
@@ -849,7 +726,7 @@ def solve_dampers(
             eliminate(b.n, 2.0 / (h * axial), 1.0 / b.mass, d)
             solve_rims(b, d)
             if line is not None:
-                anew = correct_tensions(b.n, 1.0 / h, d.columns[0], d.used, b.work[TENSION])
+                anew = correct_tensions(b.n, 1.0 / h, d.columns[0], d.used, b.work[row.TENSION])
             copy(d.columns[0], d.impulse)
         changed = 1.0 if number == 0 else 0.0
         if line is not None and anew:
@@ -857,17 +734,12 @@ def solve_dampers(
             changed = 1.0
         for r in range(b.n_runs[0]):
             j, a, e, c = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2], contact_of(b.con, b.runs[r, 0])
-            rim = pul[RADIUS, j] * pul[SPEED_NEW, j]
+            rim = pul[row.RADIUS, j] * pul[row.SPEED_NEW, j]
             if number == 0:
                 guess(a, e, rim, d.bias[j], c)
             else:
                 pulled(a, e, 1.0 / b.mass, d.bias[j], c, d)
-                if number <= BLOCK_PASSES:
-                    changed += correct(a, e, rim, c)
-                elif changed == 0.0:
-                    changed += correct_one(a, e, rim, c)
-                else:
-                    follow_limits(a, e, c)
+                changed += correct(a, e, rim, c)
         if changed == 0.0:
             break
     if changed > 0.0:
@@ -954,8 +826,8 @@ def heat_of_dampers(n: int, coefficient: float, impulse: Array) -> float:
 @part
 def end_steps(y: Array, y_old: Array, b: Belt) -> bool:
     """Clear what closes the ring behind the last body; return whether all numbers are finite."""
-    for row in range(0, b.angles, b.width):
-        for k in range(row + b.n, row + b.width):
+    for first in range(0, b.angles, b.width):
+        for k in range(first + b.n, first + b.width):
             y[k] = y_old[k] = 0.0
     total = 0.0
     for i in range(len(y)):
@@ -964,7 +836,7 @@ def end_steps(y: Array, y_old: Array, b: Belt) -> bool:
 
 
 @kernel
-def integrate_plane(
+def integrate(
     steps: int,
     h: float,
     distinct: bool,
@@ -974,21 +846,26 @@ def integrate_plane(
     damping: float | None,
     axial: float | None,
     bending: float | None,
+    plane: bool | None,
+    line: Line | None,
     wear: bool | None,
 ) -> bool:
-    """Take steps of length h, s, of bodies in the plane; return whether the state is finite.
+    """Take steps of length h, s; return whether the state is finite.
 
     `axial` and `bending` are the dampers that are solved for, N s/m and N m s: b has none of them,
-    and d room for them. `damping` is that of b. With `distinct` static friction the modes of
-    contacts follow each step. Without a step, at the start, it searches for bodies near pulleys.
+    and d room for them. `damping`, `plane`, `line` and `wear` are those of b. With `distinct`
+    static friction the modes of contacts follow each step. Without a step, at the start, it
+    searches for bodies near pulleys. All is written out here, as in `rhs`.
     """
-    counts, y, y_old, half = s.counts, s.y, s.y_old, b.angles // 2
-    body = Body(b.n, b.full, b.half, b.mass, b.inertia)
-    kin, flat = y[: b.angles].reshape((6, b.width)), s.middle.reshape(b.angles)
-    q, v, q_middle, v_middle = y[:half], y[half : b.angles], flat[:half], flat[half:]
-    m, works = motion_of(kin, s, b.work), b.size - b.pul.shape[1] * b.width
-    acc, twisting = m.acc, 1.0 / (h * b.inertia)
-    more, bias = None, b.con[BIAS]
+    counts, y, y_old, n, w, half = s.counts, s.y, s.y_old, b.n, b.width, b.angles // 2
+    kin, middle, new = y[: b.angles].reshape((b.angles // w, w)), s.middle, s.acc.reshape(half)
+    q, v, works = y[:half], y[half : b.angles], b.size - b.pul.shape[1] * w
+    q_middle, v_middle = middle.reshape(b.angles)[:half], middle.reshape(b.angles)[half:]
+    body = Body(n, b.full, b.half, b.mass, b.inertia)
+    if plane is not None:
+        acc = Accelerations(s.acc[0], s.acc[1], s.acc[2])
+        m = Motion(bodies_of(kin), bodies_of(middle), acc, joints_of(b.work))
+    more, bias = None, b.con[row.BIAS]
     if axial is not None:
         more, bias = d, d.bias
     starts = steps == 0 and counts[STEPS] == 0
@@ -996,116 +873,70 @@ def integrate_plane(
         if starts:  # modes of contacts follow the speeds
             drive(0.0, b)
         if counts[STEPS] % SEARCH_INTERVAL == 0:
-            search(b, kin, b.plane, None, b.wrap)
+            search(b, kin, plane, line, b.wrap)
         if starts:
             begin(half, h, q, v, q_middle, v_middle)
             break
         if number == steps - 1:
             copy(y[: b.angles], y_old[: b.angles])
         start_pulleys(counts[STEPS] * h, h, y, y_old, b)
-        damped = body_forces(s.middle, acc, m.joints.dx[1:], m.joints.dy[1:], b)
-        for r in range(b.n_runs[0]):
-            j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-            rim, c = rim_of(b.pul, j), contact_of(b.con, j)
-            damped += press_in_step(
-                body, a, e, h, rim, b.contact_damping, b.wrap, m, more, bias[j], c
-            )
-        damped *= h
-        if bending is not None:
-            twist(b.full, twisting, d.torsion, acc.phi)
-        if axial is None:
-            solve_pulleys(b)
-        else:
-            joint_rows(body, m.joints, d)
-            stretch_rates(body, h, m, d)
-            solve_dampers(h, axial, None, None, None, s, b, d)
-            give_way(body, h, m, d)
-            damped += heat_of_dampers(b.n, h * axial, d.impulse)
-        if bending is not None:
-            solve_bending(b.n, h, bending, b.inertia, m.old.spin, acc.phi, d)
-            twist(b.full, twisting, d.correction, acc.phi)
-            damped += heat_of_dampers(b.n, h * bending, d.torsion)
-        rubbed = 0.0
-        for r in range(b.n_runs[0]):
-            j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-            before, after = rim_speeds(b.pul, j)
-            c, worn = contact_of(b.con, j), None
-            if wear is not None:
-                worn = y[works + j * b.width : works + (j + 1) * b.width]
-            force, heat = rub_in_step(a, e, h, b.mass, before, after, acc, c, worn)
-            b.pul[PULL, j] += force
-            rubbed += heat
-        if damping is not None:
-            damped += h * power_of_dampers(body, h, m)
-        for k in range(b.n, b.width):  # nothing behind the last body ever moves
-            acc.x[k] = acc.y[k] = acc.phi[k] = 0.0
-        move_by(half, h, q, v, s.acc.reshape(half), q_middle, v_middle)
-        end_pulleys(h, rubbed, damped, y, b)
-        if distinct:
-            update_modes(b)
-        counts[STEPS] += 1
-    return end_steps(y, y_old, b)
-
-
-@kernel
-def integrate_line(
-    steps: int,
-    h: float,
-    distinct: bool,
-    s: Steps,
-    b: Belt,
-    d: Any,  # Dampers or None
-    damping: float | None,
-    axial: float | None,
-    line: Line,
-    wear: bool | None,
-) -> bool:
-    """Take steps of length h, s, of points on a line, as `integrate_plane`."""
-    counts, y, y_old, pul = s.counts, s.y, s.y_old, b.pul
-    n, full, w, tension = b.n, b.full, b.width, b.work[TENSION]
-    works = b.size - pul.shape[1] * w
-    kin, q_middle, v_middle, new = y[: b.angles].reshape((2, w)), s.middle[0], s.middle[1], s.acc[0]
-    q, v = kin[0], kin[1]
-    starts = steps == 0 and counts[STEPS] == 0
-    for number in range(1 if starts else steps):
-        if starts:  # modes of contacts follow the speeds
-            drive(0.0, b)
-        if counts[STEPS] % SEARCH_INTERVAL == 0:
-            search(b, kin, None, line, None)
-        if starts:
-            begin(w, h, q, v, q_middle, v_middle)
-            break
-        if number == steps - 1:
-            copy(y[: b.angles], y_old[: b.angles])
-        start_pulleys(counts[STEPS] * h, h, y, y_old, b)
-        point_forces(s.middle, new, b, line)
-        gain(w, h, v, new, new)
         rubbed = damped = 0.0
+        if plane is not None:
+            damped += body_forces(middle, acc, True, b)
+            for r in range(b.n_runs[0]):
+                j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
+                rim, c, pressed = rim_of(b.pul, j), contact_of(b.con, j), b.contact_damping
+                damped += press_in_step(body, a, e, h, rim, pressed, b.wrap, m, more, bias[j], c)
+            damped *= h
+            if bending is not None:
+                twist(b.full, 1.0 / (h * b.inertia), d.torsion, acc.phi)
+            if axial is not None:
+                joint_rows(body, m.joints, d)
+                stretch_rates(body, h, m, d)
+        if line is not None:
+            point_forces(middle, new, b, line)
+            gain(w, h, v, new)
+            if axial is None:
+                press_line(h, v_middle, new, bias, b, line)
+            else:
+                v[n], new[n] = v[0], new[0]
+                line_rates(n, b.full, 1.0 / h, v, new, b.work[row.TENSION], d)
         if axial is None:
-            press_line(h, v_middle, new, b.con[BIAS], b, line)
             solve_pulleys(b)
         else:
-            v[n], new[n] = v[0], new[0]
-            line_rates(n, full, 1.0 / h, v, new, tension, d)
             solve_dampers(h, axial, line, v_middle, new, s, b, d)
-            twist(full, 1.0 / b.mass, d.impulse, new)
             damped += heat_of_dampers(n, h * axial, d.impulse)
+            if plane is not None:
+                give_way(body, h, m, d)
+            if line is not None:
+                twist(b.full, 1.0 / b.mass, d.impulse, new)
+        if bending is not None:
+            solve_bending(n, h, bending, b.inertia, m.old.spin, acc.phi, d)
+            twist(b.full, 1.0 / (h * b.inertia), d.correction, acc.phi)
+            damped += heat_of_dampers(n, h * bending, d.torsion)
         for r in range(b.n_runs[0]):
             j, a, e = b.runs[r, 0], b.runs[r, 1], b.runs[r, 2]
-            c, sense = contact_of(b.con, j), line.senses[j]
-            before, after = rim_speeds(pul, j)
-            worn = None
+            c, radius, worn = contact_of(b.con, j), b.pul[row.RADIUS, j], None
+            before, after = radius * b.pul[row.SPEED_OLD, j], radius * b.pul[row.SPEED_NEW, j]
             if wear is not None:
                 worn = y[works + j * w : works + (j + 1) * w]
-            force, heat = slide_in_step(a, e, b.mass, sense, before, after, v, new, c, worn)
-            pul[PULL, j] += force
+            if plane is not None:
+                force, heat = rub_in_step(a, e, h, b.mass, before, after, acc, c, worn)
+            if line is not None:
+                sense = line.senses[j]
+                force, heat = slide_in_step(a, e, b.mass, sense, before, after, v, new, c, worn)
+            b.pul[row.PULL, j] += force
             rubbed += heat
         if damping is not None:
-            v[n], new[n] = v[0], new[0]
-            damped += h * power_on_line(n, full, damping, v_middle, v, new)
-        for k in range(n, w):
-            new[k] = v[k] = 0.0
-        move(w, h, q, v, new, q_middle, v_middle)
+            if plane is not None:
+                damped += h * power_of_dampers(body, h, m)
+            if line is not None:
+                v[n], new[n] = v[0], new[0]
+                damped += h * power_on_line(n, b.full, damping, v_middle, v, new)
+        for first in range(0, half, w):  # nothing behind the last body ever moves
+            for k in range(first + n, first + w):
+                new[k] = v[k] = 0.0
+        move(half, h, plane, q, v, new, q_middle, v_middle)
         end_pulleys(h, rubbed, damped, y, b)
         if distinct:
             update_modes(b)
@@ -1141,33 +972,18 @@ LIGHT_PULLEY_SHARE = 0.25
 # Dampers of a line are solved for if they would shorten the steps by more than this: a step that
 # does takes about as much longer.
 SHORTENED = 4.0
-# Seconds on one core at about 3 GHz: bodies, points; shown to users only.
-COMPILE_SECONDS = {
-    (True, False): 6.0,
-    (True, True): 10.0,
-    (False, False): 6.0,
-    (False, True): 9.0,
-}
+# Seconds on one core at about 3 GHz, and more to solve for dampers; shown to users only.
+COMPILE_SECONDS, COMPILE_SECONDS_OF_DAMPERS = 6.0, 4.0
 
 
 class StepPlan(NamedTuple):
-    """How a belt is stepped.
+    """How a belt is stepped."""
 
-    Attributes
-    ----------
-    h, max_step : float, s
-        The length of a step, and that below which steps are stable.
-    axial, bending : float, N s/m and N m s
-        The dampers that steps solve for.
-    obliquity : float or None
-        Of `Belt`.
-    """
-
-    h: float
-    max_step: float
-    axial: float | None
-    bending: float | None
-    obliquity: float | None
+    h: float  # s, the length of a step
+    max_step: float  # s, below which steps are stable
+    axial: float | None  # N s/m, the dampers that steps solve for
+    bending: float | None  # N m s
+    obliquity: float | None  # of `Belt`
 
 
 def stable_step(frequency: float, decay: float) -> float:
@@ -1191,7 +1007,7 @@ def step_plan(
         else:
             axial = None
         ratio, free = DEFAULT_STEP_RATIO, belt.pul[:, belt.free]
-        if axial and np.any(free[INERTIA] < belt.mass * free[RADIUS] ** 2):
+        if axial and np.any(free[row.INERTIA] < belt.mass * free[row.RADIUS] ** 2):
             ratio *= LIGHT_PULLEY_SHARE
         h = settings.step or min(ratio * max_step, longest)
         return StepPlan(h, max_step, axial, None, None)
@@ -1249,7 +1065,7 @@ class MoreauStepper:
         self._rest, self._distinct = rest, belt.distinct
         self._belt = belt
         stiff = plan.axial is not None or plan.bending is not None
-        self.compile_seconds = COMPILE_SECONDS[belt.line is None, stiff]
+        self.compile_seconds = COMPILE_SECONDS + stiff * COMPILE_SECONDS_OF_DAMPERS
         # What is solved for is no damper of the forces.
         self._stepped = belt._replace(
             damping=None if plan.axial is not None else belt.damping,
@@ -1294,15 +1110,15 @@ class MoreauStepper:
         self.compile()
         belt, rest, bodies = self._belt, self._rest, np.arange(self._belt.n)
         on = rest.pulley >= 0
-        belt.con[NORMAL, rest.pulley[on], bodies[on]] = rest.normal_force[on]
+        belt.con[row.NORMAL, rest.pulley[on], bodies[on]] = rest.normal_force[on]
         if belt.line is not None:
-            belt.work[TENSION, : belt.n] = rest.tension
-            belt.work[MIDDLE, : belt.n + 1] = np.linspace(0.0, belt.line.length, belt.n + 1)
+            belt.work[row.TENSION, : belt.n] = rest.tension
+            belt.work[row.MIDDLE, : belt.n + 1] = np.linspace(0.0, belt.line.length, belt.n + 1)
             return
         cos, sin = np.cos(rest.angle), np.sin(rest.angle)
-        for row, place, along in ((FX, rest.x, cos), (FY, rest.y, sin)):
+        for force, place, along in ((row.FX, rest.x, cos), (row.FY, rest.y, sin)):
             gap = place - np.roll(place, 1) - belt.half * (along + np.roll(along, 1))
-            belt.work[row, : belt.n] = belt.stiffness * gap
+            belt.work[force, : belt.n] = belt.stiffness * gap
 
     def compile(self) -> None:
         """Have the kernel compiled, by taking no step."""
@@ -1316,11 +1132,8 @@ class MoreauStepper:
 
     def _integrate(self, steps: int) -> None:
         before, (h, _, axial, bending, _) = self.t, self._plan
-        b, s, d, distinct = self._stepped, self._state, self._dampers, self._distinct
-        if b.line is None:
-            sound = integrate_plane(steps, h, distinct, s, b, d, b.damping, axial, bending, b.wear)
-        else:
-            sound = integrate_line(steps, h, distinct, s, b, d, b.damping, axial, b.line, b.wear)
+        b, own = self._stepped, (self._distinct, self._state, self._stepped, self._dampers)
+        sound = integrate(steps, h, *own, b.damping, axial, bending, b.plane, b.line, b.wear)
         if not sound:
             raise NonFinite(
                 f"the state is not finite after t = {before:.9g} s; is a stiffness, a torque or a"
@@ -1332,8 +1145,8 @@ class MoreauStepper:
         ratio = min(max((t - self.t) / self._plan.h + 1.0, 0.0), 1.0)
         s, pul, given = self._state, self._belt.pul, self._belt.prescribed
         if s.counts[STEPS]:  # before the first step there is no speed but that of the start
-            start, end = pul[SPEED_OLD, given], pul[SPEED_NEW, given]
-            pul[SPEED, given] = start + ratio * (end - start)
+            start, end = pul[row.SPEED_OLD, given], pul[row.SPEED_NEW, given]
+            pul[row.SPEED, given] = start + ratio * (end - start)
         inside: Array = s.y_old + ratio * (s.y - s.y_old)
         return inside
 
@@ -1356,5 +1169,5 @@ def dampers_of(belt: Belt) -> Dampers:
     if belt.line is not None:
         d.ex[:], d.main[:], d.link[:] = 1.0, 2.0 / belt.mass, -1.0 / belt.mass
         # In the frame of the belt, whose first axis is along it: t points along it or against.
-        belt.con[NY], belt.con[KAPPA] = -belt.line.senses[:, None], 1.0
+        belt.con[row.NY], belt.con[row.KAPPA] = -belt.line.senses[:, None], 1.0
     return d

@@ -7,11 +7,12 @@ The audit `torque_balance` compares, at every pulley of radius R and inertia I t
 in the sense sigma (+1 counter-clockwise), what turns it with what the belt shows of that:
 
     0 = <M>/R - I <alpha>/R - <sum T>
-    0 = sigma (<M>/R - I <alpha>/R) - <T_in - T_out> - m <a> + w
+    0 = sigma (<M>/R - I <alpha>/R) - <T_in - T_out> - m <a>
 
-with the torque M on it from outside, the friction T of all bodies on it, and the mean tensions of
-the spans before and after it. m is the mass of the belt from the middle of the one span to the
-middle of the other, a its acceleration, and w its weight along the belt.
+with the torque M on it from outside, the friction T of all bodies on it, and, of a guided belt, the
+mean tensions of the spans before and after it. m is the mass of the belt from the middle of the one
+span to the middle of the other, a its acceleration. The spans of bodies in the plane are off by
+what corners and bending make of them.
 """
 
 from math import isfinite
@@ -42,7 +43,7 @@ from frictionsim.simulation.averages import (
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.channels import BeltSamples
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
     Array = npt.NDArray[np.float64]
 
@@ -61,35 +62,48 @@ SMALL_HEAT = 0.01 * ENERGY_LIMIT / POWER_LIMIT
 # Of the largest force: bodies press some hundredths of a radius deep, where their friction has
 # another lever than the rim; 0.8 % in the belt of the paper.
 FORCE_LIMIT = 0.02
-# What may be off by more of it, by the corners of few bodies or by too few samples, is not judged.
+# What may be off by more of it, as of too few samples, is not judged.
 MAX_LIMIT = 0.5
 # Forces of less than this share of the tension are what corners and contacts make at random.
 MIN_FORCE = 0.05
 STANDARD_ERRORS = 4.0  # by which a mean of samples may be off
 MIN_ROUND_TRIPS = 4.0  # of a wave along the belt in a run whose spans are judged
-# Bodies of the length l lie on a pulley as a polygon, whose corners are off the rim by (l/R)^2/8;
-# those where the belt comes and goes may differ: this times (l/R)^2 is what they do to a force.
-CORNER_FACTOR = 1.0 / 4.0
+
+
+class BeltSamples(NamedTuple):
+    """The samples of a run, from which summary, audit, transitions and warnings follow."""
+
+    scenario: "BeltDriveScenario"
+    body_length: float  # m, unstretched
+    pretension: float  # N, the mean tension at rest
+    time: "Array"
+    seen: "dict[str, Array]"  # (n, ...), what `sampling` keeps of each sample, by name
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the pulleys."""
+        return self.scenario.mechanism.names
+
+    @property
+    def spans(self) -> list[tuple[str, str]]:
+        """The names of the pulleys that each span leads from and to."""
+        return list(zip(self.names, (*self.names[1:], self.names[0]), strict=True))
+
+    @property
+    def radii(self) -> "Array":
+        """The radii of the pulleys, (pulleys,), m."""
+        return np.array([pulley.radius for pulley in self.scenario.mechanism.pulleys])
 
 
 # --- the part of a run that means are over ------------------------------------------------------
 
 
 class Averaging(NamedTuple):
-    """The samples that means are over.
-
-    Attributes
-    ----------
-    samples : (n,) of bool
-    periods : int
-        How many whole periods they are; none for the last fifth.
-    to_go : (n,) or None
-        Periods from each sample to the end of the run, of a motion that has one.
-    """
+    """The samples that means are over."""
 
     samples: "npt.NDArray[np.bool_]"
-    periods: int
-    to_go: "Array | None"
+    periods: int  # how many whole ones they are; none for the last fifth
+    to_go: "Array | None"  # periods from each sample to the end, of a motion that has one
 
     @property
     def words(self) -> str:
@@ -242,8 +256,8 @@ def _relative(value: float, size: float, limit: float) -> Check:
 def torque_balance(run: "BeltSamples") -> Check:
     """Return the difference of two ways to one force at the pulley where it is most, and its limit.
 
-    Both are means over the run, over the largest force. The limit counts what the means of samples
-    are uncertain by, and of spans what corners do and what bending moments stand for, `_allowance`.
+    Both are means over the run, over the largest force; the limit counts what these are uncertain
+    by.
     """
     time, seen, radius = run.time, run.seen, run.radii
     path, belt = run.scenario.mechanism.path(), run.scenario.mechanism.belt
@@ -251,52 +265,21 @@ def torque_balance(run: "BeltSamples") -> Check:
     torque = seen["_torque"] / radius
     momentum = seen["_speed"] * [p.inertia for p in run.scenario.mechanism.pulleys] / radius
     fall = np.roll(spans, 1, axis=1) - spans
-    straight = np.array([np.hypot(*np.subtract(span.end, span.start)) for span in path.spans])
-    wrapped = radius * np.abs([arc.wrap_angle for arc in path.arcs])
-    mass = belt.mass_per_length * (wrapped + 0.5 * (straight + np.roll(straight, 1)))
-    on_belt = senses * torque - fall
-    if run.scenario.effects.gravity is not None:
-        height = np.array([0.5 * (span.start[1] + span.end[1]) for span in path.spans])
-        weight = belt.mass_per_length * run.scenario.effects.gravity.g
-        on_belt += weight * (np.roll(height, 1) - height)
-    off, uncertain = _mean_difference(
-        time,
-        np.hstack([torque - seen.get("_friction", np.zeros_like(torque)), on_belt]),
-        np.hstack([momentum, senses * momentum + np.outer(seen["_belt_speed"], mass)]),
-    )
-    # A pulley that bodies leave, or that no other stands beside, has not two spans. And what is in
-    # the middle of a span is told by waves.
-    touched = np.all(seen["_touching"] > 0.0, axis=0)
+    forces, momenta = torque - seen.get("_friction", np.zeros_like(torque)), momentum
+    # What is in the middle of a span is told by waves.
     round_trip = path.length * np.sqrt(belt.mass_per_length / belt.axial_rigidity)
-    is_told = np.sum(touched) > 1 and np.ptp(time) > MIN_ROUND_TRIPS * round_trip
-    off[len(radius) :] *= touched & is_told
-    mean_fall = np.abs(time_mean(time, fall))
-    if not run.scenario.guided:
-        uncertain[len(radius) :] += _allowance(run, straight, mean_fall)
-    least = MIN_FORCE * float(np.mean(spans))
-    largest = max(least, float(np.max(mean_fall)), float(np.max(np.abs(time_mean(time, torque)))))
+    if run.scenario.guided and np.ptp(time) > MIN_ROUND_TRIPS * round_trip:
+        straight = np.array([np.hypot(*np.subtract(span.end, span.start)) for span in path.spans])
+        wrapped = radius * np.abs([arc.wrap_angle for arc in path.arcs])
+        mass = belt.mass_per_length * (wrapped + 0.5 * (straight + np.roll(straight, 1)))
+        moved = senses * momentum + np.outer(seen["_belt_speed"], mass)
+        forces, momenta = np.hstack([forces, senses * torque - fall]), np.hstack([momenta, moved])
+    off, uncertain = _mean_difference(time, forces, momenta)
+    means = time_mean(time, fall), time_mean(time, torque)
+    largest = max(MIN_FORCE * float(np.mean(spans)), float(np.max(np.abs(means))))
     limit = FORCE_LIMIT + uncertain / largest
     worst = int(np.argmax(np.where(limit <= MAX_LIMIT, off / limit, 0.0)))
     return Check(float(off[worst] / largest), float(limit[worst]))
-
-
-def _allowance(run: "BeltSamples", straight: "Array", mean_fall: "Array") -> "Array":
-    """Return by how much the spans of bodies may be off, (pulleys,), N.
-
-    In a belt that moves each corner stands where the others stood, and of a difference of tensions
-    a share of it is off; in one at rest a share of the tension may be. A moment in the middle of a
-    span of the length x, EI/R exp(-x/2 sqrt(T/EI)), turns a pulley as well.
-    """
-    time, radius, spans = run.time, run.radii, run.seen["_span_tension"]
-    passed = np.max(np.abs(time_mean(time, run.seen["_speed"]))) * radius * np.ptp(time)
-    held = float(np.mean(spans)) / np.maximum(passed / run.body_length, 1.0)
-    allowed: Array = CORNER_FACTOR * (run.body_length / radius) ** 2 * (mean_fall + held)
-    if run.scenario.effects.bending is not None:
-        rigidity = run.scenario.effects.bending.rigidity
-        least = np.maximum(np.min(spans, axis=0), 0.0)
-        decay = np.exp(-0.5 * straight * np.sqrt(least / rigidity))
-        allowed += rigidity / radius**2 * (decay + np.roll(decay, 1))
-    return allowed
 
 
 def _mean_difference(time: "Array", force: "Array", momentum: "Array") -> tuple["Array", "Array"]:

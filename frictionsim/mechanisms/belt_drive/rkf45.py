@@ -14,8 +14,8 @@ import numpy as np
 
 from frictionsim.errors import NonFinite, StepUnderflow
 from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Indices, Line, aligned
+from frictionsim.mechanisms.belt_drive.compilation import kernel, loop, part
 from frictionsim.mechanisms.belt_drive.kernels import copy, rhs, search, update_modes
-from frictionsim.mechanisms.belt_drive.numba_kinds import kernel, loop, part
 from frictionsim.solvers import rkf45 as rkf
 from frictionsim.solvers.rkf45 import MIN_ERROR_NORM
 
@@ -46,19 +46,18 @@ START, STEP, INTERPOLATE = range(3)  # tasks
 # The weight s of the error estimate in the solution that is propagated, its coefficients, and those
 # of its stability polynomial R, the highest power first (`stability.md`).
 DISSIPATION = 0.8
-D1, D3, D4, D5, D6 = (
-    b + DISSIPATION * e
-    for b, e in (
-        (rkf.B1, rkf.E1),
-        (rkf.B3, rkf.E3),
-        (rkf.B4, rkf.E4),
-        (rkf.B5, rkf.E5),
-        (rkf.B6, rkf.E6),
-    )
-)
+ERRORS = (rkf.E1, rkf.E3, rkf.E4, rkf.E5, rkf.E6)
+ORDER_5 = (rkf.B1, rkf.B3, rkf.B4, rkf.B5, rkf.B6)
+SOLUTION = tuple(b + DISSIPATION * e for b, e in zip(ORDER_5, ERRORS, strict=True))
 R6, R5 = (1.0 + DISSIPATION) / 2080, 1 / 120 - DISSIPATION * (1 / 104 - 1 / 120)
 STABILITY_POLYNOMIAL = (R6, R5, 1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 STABILITY_MARGIN = 0.985  # of the longest stable step
+
+STAGE_2 = (rkf.A21,)
+STAGE_3 = (rkf.A31, rkf.A32)
+STAGE_4 = (rkf.A41, rkf.A42, rkf.A43)
+STAGE_5 = (rkf.A51, rkf.A52, rkf.A53, rkf.A54)
+STAGE_6 = (rkf.A61, rkf.A62, rkf.A63, rkf.A64, rkf.A65)
 
 clipped_step = part(rkf.clipped_step)
 reduced_step = part(rkf.reduced_step)
@@ -66,99 +65,47 @@ next_step_size = part(rkf.next_step_size)
 
 
 class RKF45State(NamedTuple):
-    """An integration between two steps, in arrays that its kernels write to.
+    """An integration between two steps, in arrays, (size,), that its kernels write to."""
 
-    Attributes
-    ----------
-    y_old, y : (size,)
-        The states at the start and the end of the last step.
-    k0 to k5, f : (size,)
-        The rates of its stages, k0 at its start; those at its end.
-    stage, inside : (size,)
-        Workspace; the state that was interpolated.
-    inv_scale : (size,)
-        1 over the error that a step may make in each state, 0 for an energy.
-    clock, counts : (4,)
-        T_OLD, T, H, ERROR; STEPS, REJECTED, NFEV, SINCE_SEARCH.
-    """
-
-    y_old: Array
-    y: Array
-    k0: Array
+    y_old: Array  # the state at the start of the last step
+    y: Array  # and at its end
+    k0: Array  # the rates of its stages, k0 at its start
     k1: Array
     k2: Array
     k3: Array
     k4: Array
     k5: Array
-    f: Array
-    stage: Array
-    inside: Array
-    inv_scale: Array
-    clock: Array
-    counts: Indices
+    f: Array  # those at its end
+    stage: Array  # workspace
+    inside: Array  # the state that was interpolated
+    inv_scale: Array  # 1 over the error that a step may make in each state, 0 for an energy
+    clock: Array  # (4,)
+    counts: Indices  # (4,)
 
 
 @loop
-def sum_1(h: float, c1: float, y: Array, k1: Array, out: Array) -> None:
-    """Write y + h c1 k1."""
-    for i in range(len(y)):
-        out[i] = y[i] + h * (c1 * k1[i])
-
-
-@loop
-def sum_2(h: float, c1: float, c2: float, y: Array, k1: Array, k2: Array, out: Array) -> None:
-    """Write y + h (c1 k1 + c2 k2)."""
-    for i in range(len(y)):
-        out[i] = y[i] + h * (c1 * k1[i] + c2 * k2[i])
-
-
-@loop
-def sum_3(
-    h: float, c1: float, c2: float, c3: float, y: Array, k1: Array, k2: Array, k3: Array, out: Array
-) -> None:
-    """Write y + h (c1 k1 + c2 k2 + c3 k3)."""
-    for i in range(len(y)):
-        out[i] = y[i] + h * (c1 * k1[i] + c2 * k2[i] + c3 * k3[i])
-
-
-@loop
-def sum_4(
+def advanced(
     h: float,
-    c1: float,
-    c2: float,
-    c3: float,
-    c4: float,
+    c: tuple[float, ...],
     y: Array,
-    k1: Array,
-    k2: Array,
-    k3: Array,
-    k4: Array,
     out: Array,
-) -> None:
-    """Write y + h (c1 k1 + ... + c4 k4)."""
-    for i in range(len(y)):
-        out[i] = y[i] + h * (c1 * k1[i] + c2 * k2[i] + c3 * k3[i] + c4 * k4[i])
-
-
-@loop
-def sum_5(
-    h: float,
-    c1: float,
-    c2: float,
-    c3: float,
-    c4: float,
-    c5: float,
-    y: Array,
     k1: Array,
-    k2: Array,
-    k3: Array,
-    k4: Array,
-    k5: Array,
-    out: Array,
+    k2: Array | None = None,
+    k3: Array | None = None,
+    k4: Array | None = None,
+    k5: Array | None = None,
 ) -> None:
-    """Write y + h (c1 k1 + ... + c5 k5)."""
+    """Write y + h (c1 k1 + c2 k2 + ...), of as many rates as there are."""
     for i in range(len(y)):
-        total = c1 * k1[i] + c2 * k2[i] + c3 * k3[i] + c4 * k4[i] + c5 * k5[i]
+        total = c[0] * k1[i]
+        if k2 is not None:
+            total += c[1] * k2[i]
+        if k3 is not None:
+            total += c[2] * k3[i]
+        if k4 is not None:
+            total += c[3] * k4[i]
+        if k5 is not None:
+            total += c[4] * k5[i]
         out[i] = y[i] + h * total
 
 
@@ -236,17 +183,17 @@ def advance(
                 copy(s.f, k0)
                 t, y_new = clock[T], s.y
             h = clipped_step(min(clock[H], max_step), limit - t)
-        sum_1(h, rkf.A21, s.y_old, k0, z)
+        advanced(h, STAGE_2, s.y_old, z, k0)
         rhs(t + rkf.C2 * h, h, z, k1, b, plane, line, inv_tau, wear)
-        sum_2(h, rkf.A31, rkf.A32, s.y_old, k0, k1, z)
+        advanced(h, STAGE_3, s.y_old, z, k0, k1)
         rhs(t + rkf.C3 * h, h, z, k2, b, plane, line, inv_tau, wear)
-        sum_3(h, rkf.A41, rkf.A42, rkf.A43, s.y_old, k0, k1, k2, z)
+        advanced(h, STAGE_4, s.y_old, z, k0, k1, k2)
         rhs(t + rkf.C4 * h, h, z, k3, b, plane, line, inv_tau, wear)
-        sum_4(h, rkf.A51, rkf.A52, rkf.A53, rkf.A54, s.y_old, k0, k1, k2, k3, z)
+        advanced(h, STAGE_5, s.y_old, z, k0, k1, k2, k3)
         rhs(t + h, h, z, k4, b, plane, line, inv_tau, wear)
-        sum_5(h, rkf.A61, rkf.A62, rkf.A63, rkf.A64, rkf.A65, s.y_old, k0, k1, k2, k3, k4, z)
+        advanced(h, STAGE_6, s.y_old, z, k0, k1, k2, k3, k4)
         rhs(t + rkf.C6 * h, h, z, k5, b, plane, line, inv_tau, wear)
-        sum_5(h, D1, D3, D4, D5, D6, s.y_old, k0, k2, k3, k4, k5, y_new)
+        advanced(h, SOLUTION, s.y_old, y_new, k0, k2, k3, k4, k5)
         if task == INTERPOLATE:
             rhs(sample, h, y_new, z, b, plane, line, inv_tau, wear)
             return RUNNING

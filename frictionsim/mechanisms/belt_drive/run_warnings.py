@@ -19,7 +19,7 @@ from frictionsim.simulation.run_warnings import hidden_turns
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.channels import BeltSamples
+    from frictionsim.mechanisms.belt_drive.quantities import BeltSamples
     from frictionsim.results import Quantities
 
     Array = npt.NDArray[np.float64]

@@ -11,7 +11,6 @@ import numpy as np
 from frictionsim.errors import BeltOffPulleys, Diverged
 from frictionsim.mechanisms.belt_drive import belt as row
 from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Line, patch_of_bodies, zones_of
-from frictionsim.mechanisms.belt_drive.channels import CHANNELS, BeltSamples
 from frictionsim.mechanisms.belt_drive.energy import (
     Shape,
     before,
@@ -20,8 +19,9 @@ from frictionsim.mechanisms.belt_drive.energy import (
     kinetic_energy,
     shape_of,
 )
-from frictionsim.mechanisms.belt_drive.quantities import checks_of, quantities_of
+from frictionsim.mechanisms.belt_drive.quantities import BeltSamples, checks_of, quantities_of
 from frictionsim.mechanisms.belt_drive.run_warnings import warnings_of
+from frictionsim.mechanisms.belt_drive.schema import CHANNELS
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.mechanisms.belt_drive.transitions import transitions_of
 from frictionsim.results import SimulationResult
@@ -46,32 +46,16 @@ CONTACT_ROWS = slice(row.NORMAL, row.MODE + 1)
 
 
 class States(NamedTuple):
-    """Samples, m of them, or one without that axis: copies of the state and of the belt's rows.
+    """Samples, m of them, or one without that axis: copies of the state and of the belt's rows."""
 
-    Attributes
-    ----------
-    time : (m,), s
-    kin : (m, rows, n)
-        The kinematics.
-    rest : (m, ...)
-        The state behind them.
-    con : (m, rows, pulleys, n)
-        The contacts' rows from NORMAL to MODE.
-    joints : (m, 2, n + 1)
-        FX and FY, on a line TENSION and MIDDLE.
-    speed, torque : (m, pulleys)
-    works : (m, pulleys, n)
-        The work of friction; of no pulley without wear.
-    """
-
-    time: Array
-    kin: Array
-    rest: Array
-    con: Array
-    joints: Array
-    speed: Array
-    torque: Array
-    works: Array
+    time: Array  # (m,), s
+    kin: Array  # (m, rows, n), the kinematics
+    rest: Array  # (m, ...), the state behind them
+    con: Array  # (m, rows, pulleys, n), the contacts' rows from NORMAL to MODE
+    joints: Array  # (m, 2, n + 1), FX and FY, on a line TENSION and MIDDLE
+    speed: Array  # (m, pulleys), rad/s
+    torque: Array  # (m, pulleys), N m
+    works: Array  # (m, pulleys, n), J, of friction; of no pulley without wear
 
     def contacts(self, which: int) -> Array:
         """Return a row of the contacts, (m, pulleys, n)."""

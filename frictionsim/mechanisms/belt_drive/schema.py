@@ -1,4 +1,4 @@
-"""The scenario of a belt drive: its tables and their consistency."""
+"""The scenario of a belt drive: its tables and their consistency; the channels of its results."""
 
 from collections.abc import Collection, Sequence
 from itertools import pairwise
@@ -10,7 +10,6 @@ from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from frictionsim.errors import unknown
 from frictionsim.mechanisms.belt_drive.belt import CLEAN
-from frictionsim.mechanisms.belt_drive.channels import CHANNELS
 from frictionsim.mechanisms.belt_drive.geometry import (
     MAX_STRAIN,
     MIN_BODIES,
@@ -20,6 +19,7 @@ from frictionsim.mechanisms.belt_drive.geometry import (
     belt_path,
 )
 from frictionsim.mechanisms.effects import Gravity
+from frictionsim.results import Channel
 from frictionsim.scenario.methods import BELT, Pairs
 from frictionsim.scenario.schema import CoefficientsOfFriction, Params, inconsistent, unit_field
 from frictionsim.scenario.settings import Scenario, SolverSettings
@@ -29,6 +29,49 @@ from frictionsim.scenario.signal_tables import ONE, SUM, SpeedOrTimeSignals, Tim
 MAX_BODY_OVER_RADIUS = pi / 2
 ENOUGH = 4  # times as many bodies as are needed: quantities depend little on their number then
 ROUNDING = 1e-12  # of the belt's length: shorter pieces vanish in sums of lengths
+
+
+CHANNELS = {
+    "pulley_angle": Channel("rad", "angle of the pulley", "pulley"),
+    "pulley_speed": Channel("rad/s", "angular velocity of the pulley", "pulley"),
+    "pulley_torque": Channel("N m", "torque on the pulley from outside", "pulley"),
+    "x": Channel("m", "x of the body's centre", "body"),
+    "y": Channel("m", "y of the body's centre", "body"),
+    "angle": Channel("rad", "angle of the body", "body"),
+    "normal_force": Channel("N", "normal force of the pulley on the body", "body"),
+    "friction_force": Channel("N", "friction of the rim on the belt, along z x n", "body"),
+    "slip_velocity": Channel("m/s", "velocity of the rim less that of the belt on it", "body"),
+    "sticking": Channel(
+        "1",
+        "1 where the body sticks to a pulley, else 0",
+        "body",
+        integer=True,
+        flags=((0, "not_sticking"), (1, "sticking")),
+    ),
+    "pulley_index": Channel(
+        "1",
+        "pulley that the body touches, -1 none",
+        "body",
+        integer=True,
+        flags=((-1, "none"),),  # a scenario's own pulleys: `channel_info`
+    ),
+    "tension": Channel("N", "tension, of the joint before the body", "joint"),
+    "friction_work": Channel("J", "friction work of the body on all pulleys", "body"),
+    "pulley_friction_work": Channel("J", "friction work of all bodies on the pulley", "pulley"),
+    "energy_input": Channel("J", "work of the torques on the pulleys"),
+    "energy_kinetic": Channel("J", "kinetic energy of belt and pulleys"),
+    "energy_potential": Channel("J", "energy of springs and contacts, and of the weight"),
+    "energy_friction": Channel("J", "heat of the dry friction"),
+    "energy_damping": Channel("J", "heat of the dampers in belt and contacts"),
+}
+PANELS = ("pulley_torque", "pulley_speed", "pulley_angle")
+
+
+def channels_of(pulleys: Sequence[str]) -> dict[str, Channel]:
+    """Return the channels of a belt on named pulleys: the meanings of `pulley_index`."""
+    index = CHANNELS["pulley_index"]
+    flags = (*index.flags, *enumerate(pulleys))
+    return CHANNELS | {"pulley_index": index._replace(flags=flags)}
 
 
 def _check_one_of(table: Params, first: str, second: str, words: str) -> None:
@@ -476,7 +519,7 @@ class BeltDriveScenario(Scenario):
 
     def warnings(self) -> list[str]:
         """Return warnings about the scenario, also of overload and of a creep by the step."""
-        from frictionsim.mechanisms.belt_drive.statics import empty_patches, overloads
+        from frictionsim.mechanisms.belt_drive.equilibrium import empty_patches, overloads
 
         warnings = [*super().warnings(), *overloads(self), *empty_patches(self)]
         friction = self.effects.belt_friction

@@ -36,7 +36,7 @@ from frictionsim.results import BACKWARD, FORWARD, OPEN, SLACK, STICK, TAUT, Tra
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.mechanisms.belt_drive.channels import BeltSamples
+    from frictionsim.mechanisms.belt_drive.quantities import BeltSamples
 
     Array = npt.NDArray[np.float64]
     Bools = npt.NDArray[np.bool_]
