@@ -3,6 +3,7 @@
 A scenario is a file, the name of a shipped one, or "-" for the standard input.
 """
 
+import gc
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -32,6 +33,7 @@ from frictionsim.errors import (
 )
 
 if TYPE_CHECKING:
+    from frictionsim.api.sweep_result import Sweep
     from frictionsim.scenario.settings import Scenario
 
 STDIN = "-"
@@ -108,8 +110,6 @@ def resume(
         raise ArgumentError(name, f"it applies to {of}, and {result} is {what}; leave it out")
     options |= {"output": output, "no_clobber": no_clobber}
     if incomplete is None:
-        from frictionsim.cli.studies import run_sweep
-
         sweep = partial(fs.resume_sweep, file, **options)
         return run_sweep(sweep, str(result), None, as_json, quiet)
     checkpoint_of(incomplete)  # raises first if the run cannot be resumed
@@ -168,6 +168,26 @@ class _Runs:
         if self._as_json:
             print_beside_files(self._objects if self._several else self._objects[0])
         return self._exit_code
+
+
+def run_sweep(
+    run: "Callable[..., Sweep]", source: str, csv: Path | None, as_json: bool, quiet: bool
+) -> int:
+    """Run a sweep, which takes `progress`, and print its summary; return the exit code."""
+    gc.enable()  # off for short commands; a sweep may take days
+    with CommandMonitor(None, not (quiet or as_json), quiet) as monitor:
+        swept = run(progress=monitor)
+        if csv is not None:
+            swept.save_csv(csv)
+    if as_json:
+        named = None if csv is None else str(csv)
+        print_beside_files(swept.to_json() | {"scenario": source, "csv": named})
+    elif not quiet:
+        print_beside_files(swept.summary())
+    for failures in swept.failures:
+        print_error(f"warning: {failures}")
+    received = monitor.signals.received
+    return EXIT_SIGNAL + received if received else swept.exit_code
 
 
 @command()

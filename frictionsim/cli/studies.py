@@ -1,6 +1,5 @@
 """The commands on studies of many runs: cost, fit and sweep."""
 
-import gc
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -9,7 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import frictionsim as fs
 from frictionsim.cli.commands import command
-from frictionsim.cli.runs import RESULTS, STDIN, load_scenario, made_folder, stem_of
+from frictionsim.cli.runs import (
+    RESULTS,
+    STDIN,
+    load_scenario,
+    made_folder,
+    run_sweep,
+    stem_of,
+)
 from frictionsim.cli.terminal import (
     CommandMonitor,
     StatusLine,
@@ -19,11 +25,10 @@ from frictionsim.cli.terminal import (
     print_error,
     warn,
 )
-from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
+from frictionsim.errors import InputError, OutputError, counted
 
 if TYPE_CHECKING:
     from frictionsim.api.result_base import ResultBase
-    from frictionsim.api.sweep_result import Sweep
     from frictionsim.io.output_file import Kind
 
 SECONDS_BETWEEN_UPDATES = 0.2  # of the number of runs of a fit
@@ -234,26 +239,6 @@ def sweep(
         warn(study.scenario.warnings())
         run = partial(fs.sweep, study, output=target, **given)
         return run_sweep(run, scenario, csv, as_json, quiet)
-
-
-def run_sweep(
-    run: "Callable[..., Sweep]", source: str, csv: Path | None, as_json: bool, quiet: bool
-) -> int:
-    """Run a sweep, which takes `progress`, and print its summary; return the exit code."""
-    gc.enable()  # off for short commands; a sweep may take days
-    with CommandMonitor(None, not (quiet or as_json), quiet) as monitor:
-        swept = run(progress=monitor)
-        if csv is not None:
-            swept.save_csv(csv)
-    if as_json:
-        named = None if csv is None else str(csv)
-        print_beside_files(swept.to_json() | {"scenario": source, "csv": named})
-    elif not quiet:
-        print_beside_files(swept.summary())
-    for failures in swept.failures:
-        print_error(f"warning: {failures}")
-    received = monitor.signals.received
-    return EXIT_SIGNAL + received if received else swept.exit_code
 
 
 @contextmanager
