@@ -46,7 +46,7 @@ def show(
     --scenario            Print the scenario as TOML.
     --study               Print the study of a sweep as TOML.
     """
-    from frictionsim.api.result import result_or_sweep, side_by_side
+    from frictionsim.api.opening import result_or_sweep, side_by_side
 
     log_on_stderr(0)
     forms = as_json + csv + scenario + study

@@ -96,7 +96,8 @@ def resume(
     -o, --output FILE  Write the result to this file. [replaces RESULT]
     --max-wall --max-steps --workers --dask --no-clobber --json --quiet --verbose
     """
-    from frictionsim.api.result import checkpoint_of, file_to_resume
+    from frictionsim.api.opening import file_to_resume
+    from frictionsim.api.result import checkpoint_of
     from frictionsim.io.names import whole_name
 
     log_on_stderr(verbose, quiet)

@@ -28,7 +28,7 @@ from frictionsim.cli.terminal import (
 from frictionsim.errors import InputError, OutputError, counted
 
 if TYPE_CHECKING:
-    from frictionsim.api.result_base import ResultBase
+    from frictionsim.api.result import ResultBase
     from frictionsim.io.output_file import Kind
 
 SECONDS_BETWEEN_UPDATES = 0.2  # of the number of runs of a fit

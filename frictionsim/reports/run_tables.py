@@ -81,7 +81,8 @@ def summary(runs: Sequence[ReportedRun]) -> Iterator[Block]:
     digits = [digits_of(run.attribute("kind"), run.attribute("scenario")) for run in runs]
     others = [run.other_mesh for run in runs]
     quantities = [record.quantities for record in records]
-    yield quantities_table(quantities, errors, labels, digits, others)
+    are_alike = len({run.attribute("kind") for run in runs}) == 1
+    yield quantities_table(quantities, errors, labels, digits, others, are_alike)
     for run in runs:
         if run.errors and run.error_estimate:
             yield after_label(run, run.error_estimate)
@@ -132,8 +133,9 @@ def quantities_table(
     labels: Sequence[str] = ALONE,
     digits: Sequence[Digits] = (lambda name, value: DIGITS,),
     others: "Sequence[OtherMesh | None]" = (None,),
+    are_alike: bool = True,
 ) -> Table:
-    """Return the quantities of results with their units, and the difference of two.
+    """Return the quantities of results with their units, and the difference of two alike.
 
     Parameters
     ----------
@@ -151,7 +153,8 @@ def quantities_table(
         headings.append(f">{label or 'value'}")
         headings += [f">error{_of(label)}"] if known else []
         headings += [f">{other.name}{_of(label)}"] if other else []
-    headings += [f">{labels[1]} less {labels[0]}"] if len(results) == 2 else []
+    are_subtracted = are_alike and len(results) == 2
+    headings += [f">{labels[1]} less {labels[0]}"] if are_subtracted else []
     rows = []
     for name in dict.fromkeys(name for quantities in results for name in quantities):
         compared = [quantities.get(name) for quantities in results]
@@ -163,7 +166,7 @@ def quantities_table(
             cells.append("" if quantity is None else text)
             cells += [error_text(known.get(name))] if known else []
             cells += [_on_other_mesh(value, text, other.values.get(name))] if other else []
-        cells += [_difference(*compared)] if len(compared) == 2 else []
+        cells += [_difference(*compared)] if are_subtracted else []
         # Files of several versions may have several units.
         units = dict.fromkeys(quantity.unit for quantity in compared if quantity is not None)
         rows.append((*cells, " or ".join(units)))
