@@ -42,7 +42,7 @@ def _restore_default_of_sigint() -> None:
 
     A handler in Python does not run while code in C does: a library that computes or waits would
     be deaf to it. Only around the steps of a run, which leave something to keep, signals are
-    handled (`cli.monitor`). The process then dies of the signal itself: shells see 130, 143 or
+    handled (`cli.terminal`). The process then dies of the signal itself: shells see 130, 143 or
     129, and a loop of bash ends with the command that Ctrl-C ended. What the parent process has
     set to be ignored, as nohup does, stays ignored.
     """

@@ -2,8 +2,8 @@
 
     scenarios     static, new, kinds, scenarios, warm_up
     solving       solve and resume
-    result        Result and open
-    result_base   the base of all results
+    result        Result and open, and the base of all results
+    opening       files of results and sweeps, and names of several
     sweeping      sweep and resume_sweep
     sweep_result  Sweep and open_sweep
     studies       cost and Study

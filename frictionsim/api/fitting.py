@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result_base import Ending, ResultBase
+from frictionsim.api.result import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.display import number_text, ratio_text, set_line, study_text
 from frictionsim.document import Data, Document, Table

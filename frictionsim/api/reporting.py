@@ -5,91 +5,30 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api import result as results
-from frictionsim.api.result import result_or_sweep
-from frictionsim.api.result_names import files_of, names_of
-from frictionsim.api.studies import Study
+from frictionsim.api.opening import names_of, opened
+from frictionsim.api.result import Result
+from frictionsim.api.studies import Study, study_parts
 from frictionsim.api.sweep_result import Sweep, sweep_parts
 from frictionsim.errors import ArgumentError, InputError
-from frictionsim.io.output_file import REPORT, check_free, check_output, write_file
-from frictionsim.io.sweep_table import SweepTable
-from frictionsim.scenario.options import as_path
+from frictionsim.io.output_file import (
+    COSTS,
+    REPORT,
+    SWEEP_IN_CSV,
+    check_free,
+    check_output,
+    write_file,
+)
+from frictionsim.scenario.arguments import as_path
 
 if TYPE_CHECKING:
     import xarray
 
     from frictionsim.io.cost_table import CostTable
-    from frictionsim.reports.run_tables import ReportedRun
 
-
-def study_html(source: Any) -> str | None:
-    """Return the report of a cost study, a sweep or a file; None of the result of a run.
-
-    Parameters
-    ----------
-    source : object
-        A Study, a Sweep or its dataset, or a path.
-
-    Raises
-    ------
-    InputError
-        If the file is damaged.
-    """
-    if isinstance(source, Study):
-        return _costs_html(source.table, "")
-    if isinstance(source, Sweep):
-        return _sweep_html(source)
-    if hasattr(source, "data_vars"):
-        from frictionsim.api.dataset import sweep_table
-
-        return _sweep_html(Sweep(sweep_table(source)))
-    return None if isinstance(source, results.Result) else _file_html(as_path("result", source))
-
-
-def _file_html(path: Path) -> str:
-    from frictionsim.io.cost_table import read_csv
-    from frictionsim.io.names import existing_name
-    from frictionsim.io.output_file import COSTS, SWEEP_IN_CSV
-    from frictionsim.io.sweep_file import read_any
-
-    if path.is_file() and COSTS.recognises(path):
-        table = read_csv(path)
-        # A table of an earlier version does not name its study.
-        named = table if table.title or table.kind else table._replace(title=path.name)
-        return _costs_html(named, str(path))
-    if path.is_file() and path.suffix == ".csv":
-        words = "neither a table of 'frictionsim cost' nor a result"
-        if SWEEP_IN_CSV.recognises(path):
-            words = "a sweep in CSV; give its file in HDF5"
-        raise InputError(f"{path}: cannot make a report: this is {words}")
-    path = existing_name(path)
-    content = read_any(path)
-    if isinstance(content, SweepTable):
-        return _sweep_html(Sweep(content, path))
-    return _html_of_runs([results.Result(content, path)])
-
-
-def _costs_html(table: "CostTable", source: str) -> str:
-    from frictionsim.api.studies import study_parts
-    from frictionsim.reports.study import cost_page
-
-    return cost_page(table, study_parts(table), source)
-
-
-def _sweep_html(sweep: Sweep) -> str:
-    import numpy as np
-
-    from frictionsim.reports.study import sweep_page
-
-    with np.errstate(all="ignore"):  # of a file that holds extreme numbers: they are shown
-        parts = sweep_parts(sweep.table, sweep.path)
-        return sweep_page(sweep.table, parts, str(sweep.path or ""))
-
+    ReportSource = Result | str | PathLike[str]
 
 SUFFIXES = (".html", ".htm")
 MAX_RESULTS = 8  # there are no more colours to tell them apart
-
-ReportSource = results.Result | str | PathLike[str]
 
 
 def report(
@@ -126,7 +65,9 @@ def report(
     target = as_path("report", path)
     if target.suffix.lower() not in SUFFIXES:
         raise InputError(f"{target}: expected a file name that ends in .html or .htm")
-    html = _html(source)
+    several = isinstance(source, Sequence) and not isinstance(source, str)
+    sources: Any = source if several else [source]
+    html = _html(sources)
     if no_clobber:
         check_free(target, REPORT)
     check_output(target, REPORT)
@@ -135,18 +76,7 @@ def report(
     return target
 
 
-def _html(source: Any) -> str:
-    """Return the report of a source, by its type."""
-    several = isinstance(source, Sequence) and not isinstance(source, str)
-    sources = list(source) if several else [source]
-    if len(sources) == 1:
-        html = study_html(sources[0])
-        if html is not None:
-            return html
-    return _html_of_runs(_opened(sources))
-
-
-def _check_count(sources: Sequence[ReportSource]) -> None:
+def _html(sources: Sequence[Any]) -> str:
     if not sources:
         raise ArgumentError("result", "expected a result or several, got none")
     if len(sources) > MAX_RESULTS:
@@ -154,90 +84,91 @@ def _check_count(sources: Sequence[ReportSource]) -> None:
             f"a report compares at most {MAX_RESULTS} results, got {len(sources)}; give fewer,"
             " or run them as a sweep"
         )
-
-
-def _opened(sources: Sequence[ReportSource]) -> list[results.Result]:
-    """Return the given results; files are read.
-
-    Raises
-    ------
-    InputError
-        If a file is not a result, or given twice.
-    """
-    _check_count(sources)
-    _check_apart(sources)
-    return [_result_of(source) for source in sources]
-
-
-def _result_of(source: ReportSource) -> results.Result:
-    if isinstance(source, results.Result):
-        return source
-    opened = result_or_sweep(as_path("result", source))
-    if isinstance(opened, Sweep):
-        raise InputError(
-            f"{source}: a sweep is not compared with results of runs; report it by itself, or vary"
-            " more keys in one sweep"
-        )
-    return opened
-
-
-def _check_apart(sources: Sequence[ReportSource]) -> None:
-    """Check that no result is given twice."""
-    keys = set()
-    for source in sources:
-        key = id(source) if isinstance(source, results.Result) else _place(source)
-        if key in keys:
+    if len(sources) == 1:
+        return _html_of_one(sources[0])
+    places = [_place(source) for source in sources]
+    for number, (source, place) in enumerate(zip(sources, places, strict=True)):
+        if place in places[:number]:
             raise InputError(f"{source}: this result is given twice; compare it with another one")
-        keys.add(key)
+    runs = [opened(source) for source in sources]
+    for source, run in zip(sources, runs, strict=True):
+        if not isinstance(run, Result):
+            raise InputError(
+                f"{source}: a sweep is not compared with results of runs; report it by itself, or"
+                " vary more keys in one sweep"
+            )
+    return _html_of_runs(runs)
 
 
-def _place(source: str | PathLike[str]) -> Path:
+def _place(source: Any) -> Any:
+    """Return what is the same of a result that is given twice."""
+    if isinstance(source, Result):
+        return id(source)
+    path = as_path("result", source)
     try:
-        return as_path("result", source).resolve()
+        return path.resolve()
     except (OSError, RuntimeError):  # a link that leads to itself
-        return as_path("result", source)
+        return path
 
 
-def _html_of_runs(runs: Sequence[results.Result]) -> str:
-    """Return the report of results, with a comparison of several.
+def _html_of_one(source: Any) -> str:
+    if not isinstance(source, Study) and isinstance(source, str | PathLike):
+        path = as_path("result", source)
+        if path.is_file() and COSTS.recognises(path):
+            from frictionsim.io.cost_table import read_csv
 
-    Raises
-    ------
-    InputError
-        If the results are of unlike kinds.
-    """
+            table = read_csv(path)
+            # A table of an earlier version does not name its study.
+            named = table if table.title or table.kind else table._replace(title=path.name)
+            return _html_of_costs(named, str(path))
+        if path.is_file() and path.suffix == ".csv":
+            words = "neither a table of 'frictionsim cost' nor a result"
+            if SWEEP_IN_CSV.recognises(path):
+                words = "a sweep in CSV; give its file in HDF5"
+            raise InputError(f"{path}: cannot make a report: this is {words}")
+    content = opened(source)
+    if isinstance(content, Study):
+        return _html_of_costs(content.table, "")
+    return _html_of_sweep(content) if isinstance(content, Sweep) else _html_of_runs([content])
+
+
+def _html_of_costs(table: "CostTable", source: str) -> str:
+    from frictionsim.reports.study import cost_page
+
+    return cost_page(table, study_parts(table), source)
+
+
+def _html_of_sweep(sweep: Sweep) -> str:
+    import numpy as np
+
+    from frictionsim.reports.study import sweep_page
+
+    with np.errstate(all="ignore"):  # of a file that holds extreme numbers: they are shown
+        parts = sweep_parts(sweep.table, sweep.path)
+        return sweep_page(sweep.table, parts, str(sweep.path or ""))
+
+
+def _html_of_runs(runs: Sequence[Result]) -> str:
+    """Return the report of results, with a comparison of several."""
     from frictionsim.reports.run import run_report
-
-    kinds = list(dict.fromkeys(result.kind for result in runs))
-    if len(kinds) > 1:
-        a = next(result for result in runs if result.kind == kinds[0])
-        b = next(result for result in runs if result.kind == kinds[1])
-        raise InputError(
-            f"cannot compare results of unlike kinds: {_name(a)} is of kind {a.kind},"
-            f" {_name(b)} of kind {b.kind}; give results of one kind"
-        )
-    labels = names_of([run.record for run in runs], files_of([run.path for run in runs]))
-    return run_report([_reported(*pair) for pair in zip(runs, labels, strict=True)])
-
-
-def _name(result: results.Result) -> str:
-    return str(result.path or result.title or "a result")
-
-
-def _reported(result: results.Result, label: str) -> "ReportedRun":
     from frictionsim.reports.run_tables import ReportedRun
 
-    try:
-        effects = result.effects
-    except InputError:  # of an old file whose scenario is not valid any more
-        effects = ()
-    estimate = result._estimate
-    return ReportedRun(
-        result.record,
-        result.path,
-        label,
-        effects,
-        result.errors,
-        result.error_estimate,
-        estimate.other_mesh if estimate else None,
+    first = runs[0]
+    for other in runs:
+        if other.kind != first.kind:
+            raise InputError(
+                f"cannot compare results of unlike kinds: {_name(first)} is of kind {first.kind},"
+                f" {_name(other)} of kind {other.kind}; give results of one kind"
+            )
+    return run_report(
+        [
+            ReportedRun(
+                run.record, run.path, label, run.effects, run.errors, run.error_estimate, run._other
+            )
+            for run, label in zip(runs, names_of(runs), strict=True)
+        ]
     )
+
+
+def _name(result: Result) -> str:
+    return str(result.path or result.title or "a result")

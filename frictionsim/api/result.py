@@ -1,21 +1,23 @@
-"""The result of a run, whether it was just solved or read from a file."""
+"""The result of a run, whether it was just solved or read from a file; the base of all results."""
 
 import logging
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property, partial
 from io import StringIO
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
-from frictionsim.api.result_base import PICTURES, Ending, ResultBase
 from frictionsim.display import set_line, short_text
-from frictionsim.document import Data, Document, Table, as_text
+from frictionsim.document import Data, Document, Table, as_json, as_text
 from frictionsim.errors import (
+    EXIT_AUDIT_FAILED,
     EXIT_DONE,
     AuditError,
     BudgetExceeded,
     InputError,
+    SolverError,
     failure_class,
 )
 from frictionsim.results import (
@@ -36,15 +38,126 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure, SubFigure
 
-    from frictionsim.api.sweep_result import Sweep
-    from frictionsim.costs.error_estimate import Estimate
+    from frictionsim.costs.error_estimate import Estimate, OtherMesh
     from frictionsim.scenario.origin import Origin
     from frictionsim.scenario.settings import Scenario
+
+    Writers = Mapping[str, Callable[[Path], Path]]  # by the suffix of a path
 
 LOG = logging.getLogger(__name__)
 # Of more events, the table shows the first ones and the last.
 MAX_EVENTS = 20
-MAX_VALUE = 36  # characters of a key's value, of which two are beside each other in a line
+
+
+PICTURES = (".png", ".pdf", ".svg")
+
+
+class Ending(NamedTuple):
+    """How a run, a sweep, a cost study or a fit ended."""
+
+    status: str
+    reason: str
+    exit_code: int
+
+
+class ResultBase(ABC):
+    """A result with a status, a summary, a picture and a file."""
+
+    @property
+    @abstractmethod
+    def _ending(self) -> Ending: ...
+
+    @property
+    def status(self) -> str:
+        """`done`, or the way it ended early: `failed`, `stopped` or `interrupted`."""
+        return self._ending.status
+
+    @property
+    def reason(self) -> str:
+        """Why it ended early or cannot be trusted; else empty."""
+        return self._ending.reason
+
+    @property
+    def exit_code(self) -> int:
+        """The exit code of the command line for this result."""
+        return self._ending.exit_code
+
+    @abstractmethod
+    def _parts(self) -> Document:
+        """Yield the lines and tables of the summary, and its data."""
+
+    @abstractmethod
+    def plot(self) -> "Figure":
+        """Draw the result."""
+
+    @property
+    @abstractmethod
+    def _writers(self) -> "Writers":
+        """What writes the result to a file, by the suffix of its path."""
+
+    def save(self, path: str | PathLike[str]) -> Path:
+        """Write the result, or its picture, by the suffix of the path; return the file.
+
+        Raises
+        ------
+        InputError
+            If the suffix is another one.
+        OutputError
+            If the file cannot be written, or would replace one of another kind.
+        """
+        from frictionsim.io.names import whole_name
+
+        target = as_path("path", path)
+        writers = {**self._writers, **dict.fromkeys(PICTURES, self.save_picture)}
+        suffix = whole_name(target).suffix.lower()
+        if suffix[1:].isdecimal():  # run_0.3 has no ending
+            suffix = ""
+        if suffix not in writers:
+            *ends, last = filter(None, writers)
+            raise InputError(f"{target}: expected a name that ends in {', '.join(ends)} or {last}")
+        return writers[suffix](target)
+
+    def check(self) -> Self:
+        """Return the result itself if its exit code is 0.
+
+        Raises
+        ------
+        SolverError
+            With its exit code, if it failed or ended early.
+        AuditError
+            If all runs that are done failed their audits.
+        """
+        if self.exit_code:
+            kind = AuditError if self.exit_code == EXIT_AUDIT_FAILED else SolverError
+            error = kind(self._fault if self.status == "done" else f"{self.status}: {self._fault}")
+            error.exit_code = self.exit_code
+            raise error
+        return self
+
+    @property
+    def _fault(self) -> str:
+        return self.reason
+
+    def save_picture(self, path: str | PathLike[str]) -> Path:
+        """Write the picture, by the suffix of the path: .png, .pdf or .svg."""
+        from frictionsim.plots.style import save
+
+        target = as_path("path", path)
+        save(self.plot(), target)
+        return target
+
+    def summary(self) -> str:
+        """Return the summary as text."""
+        return as_text(self._parts())
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the summary as plain data, as the command line prints it with --json."""
+        return as_json(self._parts())
+
+    def _repr_html_(self) -> str:
+        from frictionsim.reports.html import notebook
+
+        return notebook(self._parts())
 
 
 class Result(ResultBase):
@@ -112,10 +225,13 @@ class Result(ResultBase):
         return self._estimate.method if self._estimate else ""
 
     @property
+    def _other(self) -> "OtherMesh | None":
+        return self._estimate.other_mesh if self._estimate else None
+
+    @property
     def other_mesh(self) -> dict[str, float | None]:
         """The quantities on the mesh that `error_estimate` names; empty where it names none."""
-        other = self._estimate.other_mesh if self._estimate else None
-        return other.values if other else {}
+        return self._other.values if self._other else {}
 
     @property
     def audit(self) -> dict[str, Check]:
@@ -189,10 +305,10 @@ class Result(ResultBase):
         return self.record.attributes[name].rstrip("\n")
 
     @property
-    def _writers(self) -> "Mapping[str, Callable[[Path], Path]]":
+    def _writers(self) -> "Writers":
         from frictionsim.io.output_file import SUFFIXES
 
-        return dict.fromkeys((*SUFFIXES, ""), self._save_hdf5) | {".csv": self.save_csv}
+        return {**dict.fromkeys((*SUFFIXES, ""), self._save_hdf5), ".csv": self.save_csv}
 
     def _save_hdf5(self, path: Path) -> Path:
         from frictionsim.io.result_writer import write
@@ -305,9 +421,8 @@ class Result(ResultBase):
 
     def _checkpoint_to_save(self) -> dict[str, Any] | None:
         resumable = self.status == "interrupted" or self.failure == BudgetExceeded.failure
-        state = self.record.checkpoint
-        if state is not None or self._scenario is not None or not resumable:
-            return state
+        if self.record.checkpoint or self._scenario is not None or not resumable:
+            return self.record.checkpoint
         try:
             return checkpoint_of(self)
         except InputError as error:
@@ -357,13 +472,12 @@ class Result(ResultBase):
             yield overrides
         if self.quantities:
             digits = digits_of(self.kind, attributes["scenario"])
-            other = self._estimate.other_mesh if self._estimate else None
-            column = Column(self.quantities, digits, "", self.errors, other)
+            column = Column(self.quantities, digits, "", self.errors, self._other)
             yield quantities_table([column])
         if self.errors:
             yield self.error_estimate
         if transitions := self.record.transitions:
-            yield _transitions_table(transitions)
+            yield from _events_parts(transitions)
         if self.audit:
             yield audit_table([self.audit])
         if self.statistics is not None:
@@ -416,12 +530,8 @@ class Result(ResultBase):
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the pickled data, without the scenario, which has functions."""
-        return {
-            "record": self.record,
-            "path": self.path,
-            "_scenario": None,
-            "_estimate": self._estimate,
-        }
+        kept = {name: self.__dict__[name] for name in ("record", "path", "_estimate")}
+        return kept | {"_scenario": None}
 
 
 def open(path: str | PathLike[str]) -> Result:
@@ -443,42 +553,6 @@ def open(path: str | PathLike[str]) -> Result:
 
     file = existing_name(as_path("path", path))
     return Result(read(file), file)
-
-
-def result_or_sweep(path: Path) -> "Result | Sweep":
-    """Read a result file, the file of a sweep or an unfinished sweep.
-
-    Raises
-    ------
-    InputError
-        If it is neither the result of a run nor a sweep.
-    """
-    from frictionsim.io.names import existing_name
-    from frictionsim.io.sweep_file import read_any
-
-    path = existing_name(path)
-    content = read_any(path)
-    if isinstance(content, Record):
-        return Result(content, path)
-    from frictionsim.api.sweep_result import Sweep  # the result of a run needs none of it
-
-    return Sweep(content, path)
-
-
-def file_to_resume(path: Path) -> tuple[Path, Result | None]:
-    """Return the file of a run or a sweep to resume, and its run; None for a sweep.
-
-    Raises
-    ------
-    InputError
-        If there is none, or it is of neither.
-    """
-    from frictionsim.io.names import resumable_name
-    from frictionsim.io.result_reader import is_unfinished_sweep
-
-    file = resumable_name(path)
-    content = None if is_unfinished_sweep(file) else result_or_sweep(file)
-    return file, content if isinstance(content, Result) else None
 
 
 def checkpoint_of(result: Result) -> dict[str, Any]:
@@ -513,38 +587,22 @@ def _statistics(statistics: SolverStatistics) -> str:
     )
 
 
-def _transitions_table(transitions: list[Transition]) -> Table:
+def _events_parts(events: Sequence[Transition]) -> Document:
+    """Yield the table of the events, of many the first ones and the last."""
     from frictionsim.reports.run_tables import event_cells
 
-    placed = any(transition.position is not None for transition in transitions)
-    angle = (">angle, rad",) if placed else ()
-    shown = list(enumerate(transitions, start=1))
-    if too_many := len(shown) > MAX_EVENTS:
-        shown = [*shown[: MAX_EVENTS - 2], shown[-1]]
-    rows = [(str(number), f"{e.time:.9f}", *event_cells(e)) for number, e in shown]
-    if too_many:
-        rows[-1:] = [("...",), *rows[-1:]]
-    return Table((">event", ">time, s", "contact", "from", "to", *angle), rows)
+    count, first = len(events), MAX_EVENTS - 2
+    numbers = [*range(first), count - 1] if count > MAX_EVENTS else range(count)
+    rows = [(str(i + 1), f"{events[i].time:.9f}", *event_cells(events[i])) for i in numbers]
+    angle = (">angle, rad",) if any(event.position is not None for event in events) else ()
+    if count > MAX_EVENTS:
+        rows.insert(first, ("...",))
+    yield Table((">event", ">time, s", "contact", "from", "to", *angle), rows)
+    if count > MAX_EVENTS:
+        yield f"events {first + 1} to {count - 1} are in the JSON, and in Result.events"
 
 
-def _event_json(e: Transition) -> dict[str, Any]:
-    event = {
-        "time": e.time,
-        "contact": e.contact,
-        "mode_from": e.mode_from,
-        "mode_to": e.mode_to,
-    }
-    return event if e.position is None else {**event, "angle": e.position}
-
-
-def side_by_side(results: Sequence[Result]) -> str:
-    """Return the tables of several results beside each other, as text."""
-    from frictionsim.api.result_names import files_of, names_of
-    from frictionsim.reports.run_tables import ReportedRun, differences, summary
-
-    labels = names_of([r.record for r in results], files_of([r.path for r in results]))
-    runs = [
-        ReportedRun(result.record, result.path, label, errors=result.errors)
-        for result, label in zip(results, labels, strict=True)
-    ]
-    return as_text([differences(runs, MAX_VALUE), *summary(runs)])
+def _event_json(event: Transition) -> dict[str, Any]:
+    names = ("time", "contact", "mode_from", "mode_to")
+    angle = {} if event.position is None else {"angle": event.position}
+    return {name: getattr(event, name) for name in names} | angle

@@ -8,7 +8,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.api.result import Result, checkpoint_of, file_to_resume
+from frictionsim.api.opening import file_to_resume
+from frictionsim.api.result import Result, checkpoint_of
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.errors import FrictionsimError, InputError, OutputError
 from frictionsim.scenario.arguments import as_number, as_path, check_progress, check_switches

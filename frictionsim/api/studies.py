@@ -5,7 +5,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result_base import Ending, ResultBase
+from frictionsim.api.result import Ending, ResultBase
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.costs.study import MAX_WALL, REPEATS
 from frictionsim.costs.study import CostOptions as CostOptions

@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result_base import Ending, ResultBase
+from frictionsim.api.result import Ending, ResultBase
 from frictionsim.display import (
     STUDY_DIGITS,
     quantity_text,
@@ -124,7 +124,7 @@ class Sweep(ResultBase):
 
     @property
     def _writers(self) -> "Mapping[str, Callable[[Path], Path]]":
-        return dict.fromkeys((*SUFFIXES, ""), self._save_hdf5) | {".csv": self.save_csv}
+        return {**dict.fromkeys((*SUFFIXES, ""), self._save_hdf5), ".csv": self.save_csv}
 
     @property
     def _fault(self) -> str:

@@ -5,15 +5,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import frictionsim as fs
-from frictionsim.cli.monitor import CommandMonitor, StatusLine
-from frictionsim.cli.options import AsJson, NoClobber, Quiet, command, given, named_by_option
-from frictionsim.cli.printing import (
+from frictionsim.cli.commands import command
+from frictionsim.cli.terminal import (
+    CommandMonitor,
+    StatusLine,
     log_on_stderr,
     print_beside_files,
+    print_data,
     print_end,
     print_error,
-    print_json,
-    print_text,
     warn,
 )
 from frictionsim.errors import EXIT_DIFFERENT, EXIT_DONE, ArgumentError, InputError
@@ -23,22 +23,21 @@ if TYPE_CHECKING:
     from frictionsim.api.sweep_result import Sweep
 
 
-@command
+@command()
 def show(
     result: list[Path],
-    as_json: AsJson = False,
-    as_csv: bool = False,
-    output: Path | None = None,
-    channels: str | None = None,
-    start: float | None = None,
-    stop: float | None = None,
+    as_json: bool = False,
+    csv: bool = False,
     scenario: bool = False,
     study: bool = False,
+    output: Path | None = None,
+    **chosen: Any,
 ) -> None:
     """Print the summary of a result or sweep again.
 
-    RESULT                Result or sweep in HDF5; several results are shown side by side, and
+    RESULT...             Result or sweep in HDF5; several results are shown side by side, and
                           their JSON is a list.
+    --json
     --csv                 Print the channels, or the runs of a sweep, as CSV.
     -o, --output FILE     Write the CSV to this file. [prints it]
     --channels NAME,NAME  Choose the channels of the CSV. [all]
@@ -47,40 +46,37 @@ def show(
     --scenario            Print the scenario as TOML.
     --study               Print the study of a sweep as TOML.
     """
-    from frictionsim.api.result import result_or_sweep, side_by_side
+    from frictionsim.api.opening import result_or_sweep, side_by_side
 
     log_on_stderr(0)
-    forms = as_json + as_csv + scenario + study
+    forms = as_json + csv + scenario + study
     if forms > 1:
         raise InputError("show: give one of --json, --csv, --scenario and --study")
-    for name in given(**{"output": output, "channels": channels, "from": start, "to": stop}):
-        if not as_csv:
-            raise ArgumentError(name, "it applies to --csv")
+    for name in [] if csv else [*(["output"] if output else []), *chosen]:
+        raise ArgumentError(name, "it applies to --csv")
     if len(result) > 1:
         if as_json:
-            print_json([result_or_sweep(path).to_json() for path in result])
+            print_data([result_or_sweep(path).to_json() for path in result])
             return
         if forms:
             raise InputError("show: several results have no --csv, --scenario or --study")
         results = list(map(fs.open, result))
-        print_text(side_by_side(results))
+        print_data(side_by_side(results))
         for one in results:
             warn(one.warnings, f"{one.path}: ")
         return
     content = result_or_sweep(result[0])
-    is_run = isinstance(content, fs.Result)
-    if study and is_run:
-        raise InputError(f"{result[0]}: --study is for sweeps, this is the result of a run")
     if scenario or study:
-        print_text(content.to_toml("study" if study else "scenario"))
+        if study and isinstance(content, fs.Result):
+            raise InputError(f"{result[0]}: --study is for sweeps, this is the result of a run")
+        print_data(content.to_toml("study" if study else "scenario"))
         return
     if as_json:
-        print_json(content.to_json())
-    elif as_csv:
-        names = None if channels is None else [name.strip() for name in channels.split(",")]
-        _print_csv(content, output, given(channels=names, start=start, stop=stop))
+        print_data(content.to_json())
+    elif csv:
+        _print_csv(content, output, chosen)
     else:
-        print_text(content.summary())
+        print_data(content.summary())
     if isinstance(content, fs.Result):
         warn(content.warnings)
         print_end(content, None)
@@ -92,8 +88,10 @@ def _print_csv(content: "fs.Result | Sweep", output: Path | None, chosen: dict[s
     """Print a result or sweep as CSV, or write it to a file."""
     if chosen and not isinstance(content, fs.Result):
         raise InputError("show: --channels, --from and --to are for the result of a run")
+    if "channels" in chosen:
+        chosen["channels"] = [name.strip() for name in chosen["channels"].split(",")]
     if output is not None:
-        print_text(str(content.save_csv(output, **chosen)))
+        print_data(str(content.save_csv(output, **chosen)))
         return
     from frictionsim.io.result_csv import write_lines as write_samples
     from frictionsim.sweeps.sweep_csv import write_lines as write_runs
@@ -107,16 +105,8 @@ def _print_csv(content: "fs.Result | Sweep", output: Path | None, chosen: dict[s
         stdout.flush()
 
 
-@command
-def compare(
-    result: Path,
-    golden: Path,
-    rtol: float | None = None,
-    atol: float | None = None,
-    time_atol: float | None = None,
-    ignore: list[str] | None = None,
-    as_json: AsJson = False,
-) -> int:
+@command()
+def compare(result: Path, golden: Path, as_json: bool = False, **options: Any) -> int:
     """Compare a result with a reference result. Exit 0 if they agree, 1 if they differ.
 
     RESULT               Result in HDF5.
@@ -126,58 +116,37 @@ def compare(
     --time-atol SECONDS  Allow this difference of times. [1e-6]
     --ignore NAME        Ignore a channel, a quantity, or those of a pattern: energy_*. May be
                          repeated.
+    --json
     """
     from frictionsim.api.comparing import comparison_parts
     from frictionsim.document import as_json as json_of
     from frictionsim.document import as_text
 
     log_on_stderr(0)
-    options = given(rtol=rtol, atol=atol, time_atol=time_atol, ignore=ignore)
     comparison = fs.compare(result, golden, **options)
     parts = comparison_parts(comparison)
     if as_json:
-        print_json({"result": str(result), "golden": str(golden), **json_of(parts)})
+        print_data({"result": str(result), "golden": str(golden), **json_of(parts)})
     else:
-        print_text(as_text(parts))
+        print_data(as_text(parts))
     return EXIT_DONE if comparison.same else EXIT_DIFFERENT
 
 
-PLOT_OPTIONS = {
-    "window": "from and --to",
-    "title": "no-title",
-    "measured": "channel",
-    "units": "unit",
-}
-
-
-@command
+@command(measured="channel", units="unit", window="from and --to", title="no-title")
 def plot(
     result: list[Path],
     output: Path | None = None,
-    view: list[str] | None = None,
-    body: int | None = None,
-    at: list[str] | None = None,
-    time: float | None = None,
+    animate: Path | None = None,
     start: float | None = None,
     stop: float | None = None,
-    channels: str | None = None,
-    data: Path | None = None,
-    measured: list[str] | None = None,
-    units: list[str] | None = None,
-    width: str | None = None,
-    height: str | None = None,
-    dpi: float | None = None,
-    style: str | None = None,
-    animate: Path | None = None,
-    fps: float | None = None,
-    speed: float | None = None,
     no_title: bool = False,
-    no_clobber: NoClobber = False,
-    as_json: AsJson = False,
+    no_clobber: bool = False,
+    as_json: bool = False,
+    **options: Any,
 ) -> None:
     """Draw views of a result or sweep. Named views are written to FILE-<view>.png.
 
-    RESULT                Result or sweep in HDF5; several results are drawn over each other.
+    RESULT...             Result or sweep in HDF5; several results are drawn over each other.
     -o, --output FILE     Write the picture to this .png, .pdf or .svg. [RESULT.png]
     --view NAME           Draw this view, or 'all'; of a sweep: quantities. May be repeated. [the
                           first]
@@ -197,32 +166,31 @@ def plot(
     --dpi NUMBER          Set the dots per inch of a PNG. [100]
     --style NAME          Draw for screen or paper. [screen]
     --animate FILE        Write an animation (.gif or .mp4) instead of a picture.
-    --fps N               Draw so many frames per second. [20 of .gif, 30 of .mp4]
+    --fps X               Draw so many frames per second. [20 of .gif, 30 of .mp4]
     --speed X             Show so many simulated seconds per second. [the run takes 8 s]
     --no-title            Leave out the title.
+    --no-clobber --json
     """
     log_on_stderr(0)
-    with named_by_option(PLOT_OPTIONS):
-        from frictionsim.api.pictures import PlotOptions, SavedPictures, save_pictures
+    from frictionsim.api.pictures import PlotOptions, SavedPictures, save_pictures
 
-        options = PlotOptions.among(locals(), window=(start, stop), title=not no_title)
-        if animate is None:
-            done = save_pictures(result, output, options, no_clobber=no_clobber)
-        else:
-            if output is not None:
-                raise ArgumentError("output", "it does not apply to an animation")
-            options.check_for("an animation")
-            if len(result) > 1:
-                raise ArgumentError(
-                    "animate",
-                    f"expected one result, got {len(result)}; 'frictionsim report'"
-                    " shows several moving side by side",
-                )
-            with StatusLine() as line:
-                progress = lambda frame, count: line(f"frame {frame} of {count}")  # noqa: E731
-                moving = {"fps": fps, "speed": speed, "no_clobber": no_clobber}
-                animation = fs.animate(result[0], animate, progress=progress, **given(**moving))
-            done = SavedPictures([animation], [])
+    checked = PlotOptions.of(window=(start, stop), title=not no_title, **options)
+    if animate is None:
+        done = save_pictures(result, output, checked, no_clobber=no_clobber)
+    else:
+        if output is not None:
+            raise ArgumentError("output", "it does not apply to an animation")
+        checked.check_for("an animation")
+        if len(result) > 1:
+            raise ArgumentError(
+                "animate",
+                f"expected one result, got {len(result)}; 'frictionsim report' shows several"
+                " moving side by side",
+            )
+        with StatusLine() as line:
+            options |= {"progress": lambda frame, count: line(f"frame {frame} of {count}")}
+            animation = fs.animate(result[0], animate, no_clobber=no_clobber, **options)
+        done = SavedPictures([animation], [])
     pictures = list(map(str, done.pictures))
     if as_json:
         named = str(result[0]) if len(result) == 1 else list(map(str, result))
@@ -233,18 +201,16 @@ def plot(
             print_error(f"view skipped: {reason}")
 
 
-@command
+@command()
 def report(
-    result: list[Path],
-    output: Path | None = None,
-    no_clobber: NoClobber = False,
-    quiet: Quiet = False,
+    result: list[Path], output: Path | None = None, no_clobber: bool = False, quiet: bool = False
 ) -> None:
     """Write a report as one HTML file, which a browser shows offline.
 
-    RESULT             Result or sweep in HDF5, or table of `cost` in CSV; several results of one
+    RESULT...          Result or sweep in HDF5, or table of `cost` in CSV; several results of one
                        kind are compared.
     -o, --output FILE  Write the report to this file. [RESULT.html, of the first]
+    --no-clobber --quiet
     """
     log_on_stderr(0)
     # A path without a name, e.g. '/', is refused when it is read.
@@ -254,14 +220,14 @@ def report(
         print_beside_files(str(written))
 
 
-@command
+@command(listed="list")
 def new(kind: str | None = None, file: Path | None = None, listed: bool = False) -> None:
     """Write a commented scenario to start from. An existing file is not replaced.
 
     With FILE, the schema for editors is written beside it, as KIND.schema.json.
 
-    KIND    Kind of mechanism, or name of a shipped scenario.
-    FILE    Scenario to write. [prints it]
+    [KIND]  Kind of mechanism, or name of a shipped scenario.
+    [FILE]  Scenario to write. [prints it]
     --list  List the kinds and the shipped scenarios.
     """
     from frictionsim.api.scenarios import list_of_scenarios, write_with_schema
@@ -270,7 +236,7 @@ def new(kind: str | None = None, file: Path | None = None, listed: bool = False)
     if listed:
         if kind is not None:
             raise InputError(f"new: expected no argument beside --list, got '{kind}'")
-        print_text(list_of_scenarios())
+        print_data(list_of_scenarios())
         return
     if kind is None:
         raise InputError("new: KIND is missing; 'frictionsim new --list' lists the kinds")
@@ -281,33 +247,34 @@ def new(kind: str | None = None, file: Path | None = None, listed: bool = False)
         )
     text = fs.new(kind)
     if file is None:
-        print_text(text.rstrip("\n"))
+        print_data(text.rstrip("\n"))
         return
     files, warnings = write_with_schema(file, text)
     warn(warnings)
     print_beside_files("\n".join(map(str, files)))
 
 
-@command
+@command()
 def schema(kind: str | None = None) -> None:
     """Print the JSON schema of scenarios, for editors and other tools.
 
-    KIND  Kind of mechanism. [all kinds]
+    [KIND]  Kind of mechanism. [all kinds]
     """
     log_on_stderr(0)
-    print_json(fs.schema(kind))
+    print_data(fs.schema(kind))
 
 
-@command
-def warm_up(kind: str | None = None, quiet: Quiet = False) -> None:
+@command()
+def warm_up(kind: str | None = None, quiet: bool = False) -> None:
     """Compile the kernels of shipped belts in advance, for containers and CI.
 
-    KIND  Kind of mechanism. [all kinds]
+    [KIND]  Kind of mechanism. [all kinds]
+    --quiet
     """
     from frictionsim.api.scenarios import warming
 
     total, has_kernels = 0.0, False
-    with CommandMonitor(1.0, with_progress=False, quiet=True) as monitor:
+    with CommandMonitor(1.0, quiet=True) as monitor:
         for scenario, backend, seconds in warming(kind, monitor):
             total, has_kernels = total + seconds, True
             if not quiet:

@@ -1,36 +1,26 @@
-"""The commands on scenarios: solve, resume, check and static."""
+"""The commands on scenarios: solve, resume, check and static; and where scenarios and results are.
 
-from collections.abc import Callable
+A scenario is a file, the name of a shipped one, or "-" for the standard input.
+"""
+
+import gc
+import sys
+from collections.abc import Callable, Sequence
 from functools import partial
+from os import sep
+from os.path import exists, isdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import frictionsim as fs
-from frictionsim.cli.monitor import CommandMonitor
-from frictionsim.cli.options import (
-    AsJson,
-    MaxSteps,
-    MaxWall,
-    NoClobber,
-    OverridesOption,
-    Quiet,
-    ScenarioFile,
-    Scheduler,
-    Verbose,
-    WorkerCount,
-    check_read_once,
-    command,
-    load_scenario,
-    scenarios_in,
-    targets_of,
-)
-from frictionsim.cli.printing import (
+from frictionsim.cli.commands import command
+from frictionsim.cli.terminal import (
+    CommandMonitor,
     log_on_stderr,
     print_beside_files,
+    print_data,
     print_end,
     print_error,
-    print_json,
-    print_text,
     warn,
 )
 from frictionsim.errors import (
@@ -43,82 +33,59 @@ from frictionsim.errors import (
 )
 
 if TYPE_CHECKING:
+    from frictionsim.api.sweep_result import Sweep
     from frictionsim.scenario.settings import Scenario
 
+STDIN = "-"
+RESULTS = Path("results")  # the folder of results by default
 
-@command
+
+@command()
 def solve(
-    scenarios: list[str],
-    overrides: OverridesOption = None,
+    scenario: list[str],
+    overrides: list[str] | None = None,
     output: str | None = None,  # a path loses the slash that ends the name of a folder
     backend: str | None = None,
-    max_wall: MaxWall = None,
-    max_steps: MaxSteps = None,
-    estimate_error: bool = False,
-    no_clobber: NoClobber = False,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = 0,
+    no_clobber: bool = False,
+    as_json: bool = False,
+    quiet: bool = False,
+    verbose: int = 0,
+    **limits: Any,
 ) -> int:
     """Simulate scenarios, write result files and print summaries.
 
-    SCENARIO           Scenarios in TOML, or names of shipped ones; - reads the standard input.
-    -o, --output FILE  Write the result to this file or folder. [results/<scenario name>.h5]
+    SCENARIO...        Scenarios in TOML, or names of shipped ones; - reads the standard input.
+    --set
+    -o, --output PATH  Write the result to this file or folder. [results/<scenario name>.h5]
     --backend NAME     Override the backend of the scenario.
+    --max-wall --max-steps
     --estimate-error   Solve again more accurately, and print how far the quantities differ.
+    --no-clobber --json --quiet --verbose
     """
     log_on_stderr(verbose, quiet)
-    loaded = _load_all(scenarios, overrides, backend)
-    targets = targets_of(scenarios, output, no_clobber)
-    runs = _Runs(as_json, quiet, several=len(scenarios) > 1)
-    for number, (source, scenario, target) in enumerate(
-        zip(scenarios, loaded, targets, strict=True), start=1
-    ):
-        run = partial(
-            fs.solve,
-            scenario,
-            output=target,
-            no_clobber=no_clobber,
-            max_wall=max_wall,
-            max_steps=max_steps,
-            estimate_error=estimate_error,
-        )
-        stopped = runs.add(run, scenario, source, target)
-        if stopped and number < len(scenarios):
-            print_error(f"not solved: {len(scenarios) - number} of the scenarios, after this one")
+    loaded = _load_all(scenario, overrides, backend)
+    targets = _targets(scenario, output, no_clobber)
+    runs = _Runs(as_json, quiet, several=len(scenario) > 1)
+    left = len(scenario)
+    for source, one, target in zip(scenario, loaded, targets, strict=True):
+        run = partial(fs.solve, one, output=target, no_clobber=no_clobber, **limits)
+        left -= 1
+        if runs.add(run, one, source, target):
+            if left:
+                print_error(f"not solved: {left} of the scenarios, after this one")
             break
     return runs.close()
 
 
-def _load_all(
-    sources: list[str], overrides: list[str] | None, backend: str | None
-) -> "list[Scenario]":
-    """Read all scenarios before the first is solved; raise all their faults, each with its file."""
-    check_read_once(sources)
-    loaded, faults, several = [], [], len(sources) > 1
-    for source in sources:
-        try:
-            loaded.append(load_scenario(source, overrides, backend))
-        except ScenarioError as error:
-            # Those of options name no file.
-            faults += [f"{source}: {f}" if several and f[:2] == "--" else f for f in error.faults]
-    if faults:
-        raise ScenarioError(faults)
-    return loaded
-
-
-@command
+@command()
 def resume(
     result: Path,
     output: Path | None = None,
-    max_wall: MaxWall = None,
-    max_steps: MaxSteps = None,
-    workers: WorkerCount = None,
-    dask: Scheduler = None,
-    no_clobber: NoClobber = False,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = 0,
+    no_clobber: bool = False,
+    as_json: bool = False,
+    quiet: bool = False,
+    verbose: int = 0,
+    **options: Any,
 ) -> int:
     """Resume an interrupted run or sweep. The file is bit-identical to an uninterrupted one.
 
@@ -127,32 +94,30 @@ def resume(
 
     RESULT             Result or sweep that is not done.
     -o, --output FILE  Write the result to this file. [replaces RESULT]
+    --max-wall --max-steps --workers --dask --no-clobber --json --quiet --verbose
     """
-    from frictionsim.api.result import checkpoint_of, file_to_resume
+    from frictionsim.api.opening import file_to_resume
+    from frictionsim.api.result import checkpoint_of
     from frictionsim.io.names import whole_name
 
     log_on_stderr(verbose, quiet)
     file, incomplete = file_to_resume(result)
-    files: dict[str, Any] = {"output": output, "no_clobber": no_clobber}
     if incomplete is None:
-        limits = f"{result} is a sweep, whose runs have the limits of its scenario"
-        _check_absent(f"it applies to a run, and {limits}", max_wall=max_wall, max_steps=max_steps)
-        from frictionsim.cli.studies import run_sweep
-
-        sweep = partial(fs.resume_sweep, file, workers=workers, dask=dask, **files)
+        foreign, of = ("max_wall", "max_steps"), "a run"
+        what = "a sweep, whose runs have the limits of its scenario"
+    else:
+        foreign, of, what = ("workers", "dask"), "a sweep", "a run"
+    for name in options.keys() & foreign:
+        raise ArgumentError(name, f"it applies to {of}, and {result} is {what}; leave it out")
+    options |= {"output": output, "no_clobber": no_clobber}
+    if incomplete is None:
+        sweep = partial(fs.resume_sweep, file, **options)
         return run_sweep(sweep, str(result), None, as_json, quiet)
-    _check_absent(f"it applies to a sweep, and {result} is a run", workers=workers, dask=dask)
     checkpoint_of(incomplete)  # raises first if the run cannot be resumed
     runs = _Runs(as_json, quiet)
-    run = partial(fs.resume, incomplete, max_wall=max_wall, max_steps=max_steps, **files)
+    run = partial(fs.resume, incomplete, **options)
     runs.add(run, incomplete.scenario, str(result), output or whole_name(file))
     return runs.close()
-
-
-def _check_absent(reason: str, **options: Any) -> None:
-    for name, value in options.items():
-        if value is not None:
-            raise ArgumentError(name, f"{reason}; leave it out")
 
 
 class _Runs:
@@ -206,17 +171,38 @@ class _Runs:
         return self._exit_code
 
 
-@command
-def check(scenarios: list[str], overrides: OverridesOption = None, as_json: AsJson = False) -> int:
+def run_sweep(
+    run: "Callable[..., Sweep]", source: str, csv: Path | None, as_json: bool, quiet: bool
+) -> int:
+    """Run a sweep, which takes `progress`, and print its summary; return the exit code."""
+    gc.enable()  # off for short commands; a sweep may take days
+    with CommandMonitor(None, not (quiet or as_json), quiet) as monitor:
+        swept = run(progress=monitor)
+        if csv is not None:
+            swept.save_csv(csv)
+    if as_json:
+        named = None if csv is None else str(csv)
+        print_beside_files(swept.to_json() | {"scenario": source, "csv": named})
+    elif not quiet:
+        print_beside_files(swept.summary())
+    for failures in swept.failures:
+        print_error(f"warning: {failures}")
+    received = monitor.signals.received
+    return EXIT_SIGNAL + received if received else swept.exit_code
+
+
+@command()
+def check(scenario: list[str], overrides: list[str] | None = None, as_json: bool = False) -> int:
     """Validate scenarios without running them.
 
-    SCENARIO  Scenarios in TOML, names of shipped ones, or folders; - reads the standard input.
+    SCENARIO...  Scenarios in TOML, names of shipped ones, or folders; - reads the standard input.
+    --set --json
     """
     from frictionsim.api.scenarios import warnings_before_run
 
-    check_read_once(scenarios)
+    _check_read_once(scenario)
     code, reports = EXIT_DONE, []
-    for source in scenarios_in(scenarios):
+    for source in _within_folders(scenario):
         data: dict[str, Any] = {"scenario": source, "ok": True, "faults": [], "warnings": []}
         try:
             loaded = load_scenario(source, overrides)
@@ -229,7 +215,7 @@ def check(scenarios: list[str], overrides: OverridesOption = None, as_json: AsJs
             warnings, effects = warnings_before_run(loaded), loaded.effect_names
             if not as_json:
                 named = ", ".join(effects) or "none"
-                print_text(f"{source}: ok; effects {named}; backend {loaded.solver.backend}")
+                print_data(f"{source}: ok; effects {named}; backend {loaded.solver.backend}")
                 warn(warnings, f"{source}: ")
             data |= {
                 "overrides": loaded.origin.values,
@@ -241,25 +227,26 @@ def check(scenarios: list[str], overrides: OverridesOption = None, as_json: AsJs
             }
         reports.append(data)
     if as_json:
-        print_json({"ok": code == EXIT_DONE, "scenarios": reports})
+        print_data({"ok": code == EXIT_DONE, "scenarios": reports})
     return code
 
 
-@command
-def static(
-    scenario: ScenarioFile, overrides: OverridesOption = None, as_json: AsJson = False
-) -> None:
-    """Compute the forces and torques of impending motion; of a belt its equilibrium."""
+@command()
+def static(scenario: str, overrides: list[str] | None = None, as_json: bool = False) -> None:
+    """Compute the forces and torques of impending motion; of a belt its equilibrium.
+
+    SCENARIO --set --json
+    """
     from frictionsim.api.scenarios import statics_text
     from frictionsim.results import quantities_json
 
     loaded = load_scenario(scenario, overrides)
     quantities, warnings = fs.static(loaded), loaded.warnings()
     if not as_json:
-        print_text(statics_text(quantities, loaded))
+        print_data(statics_text(quantities, loaded))
         warn(warnings)
         return
-    print_json(
+    print_data(
         {
             "scenario": scenario,
             "overrides": loaded.origin.values,
@@ -269,3 +256,105 @@ def static(
             "warnings": list(warnings),
         }
     )
+
+
+def load_scenario(
+    source: str, overrides: list[str] | None = None, backend: str | None = None
+) -> "Scenario":
+    """Read and validate a scenario, as `frictionsim.load`; "-" is the standard input."""
+    if source != STDIN:
+        return fs.load(source, overrides, backend)
+    from frictionsim.scenario.settings import STDIN as NAME
+    from frictionsim.scenario.toml_data import NoUsableText, read_text
+
+    if sys.stdin is None:
+        raise InputError("-: the standard input is closed; expected a scenario in TOML")
+    try:
+        text = read_text(sys.stdin.buffer)
+    except NoUsableText as error:
+        raise ScenarioError([f"-: {error}"]) from None
+    except UnicodeDecodeError as error:
+        at = f"got invalid UTF-8 at byte {error.start}"
+        raise ScenarioError(
+            [f"-: expected a scenario in TOML on the standard input, {at}"]
+        ) from None
+    return fs.loads(text, overrides, backend, name=NAME)
+
+
+def _load_all(
+    sources: list[str], overrides: list[str] | None, backend: str | None
+) -> "list[Scenario]":
+    """Read all scenarios before the first is solved; raise all their faults, each with its file."""
+    _check_read_once(sources)
+    loaded, faults, several = [], [], len(sources) > 1
+    for source in sources:
+        try:
+            loaded.append(load_scenario(source, overrides, backend))
+        except ScenarioError as error:
+            # Those of options name no file.
+            faults += [f"{source}: {f}" if several and f[:2] == "--" else f for f in error.faults]
+    if faults:
+        raise ScenarioError(faults)
+    return loaded
+
+
+def _check_read_once(sources: Sequence[str]) -> None:
+    if sources.count(STDIN) > 1:
+        raise InputError("-: given twice; the standard input can be read only once")
+
+
+def _within_folders(sources: Sequence[str]) -> list[str]:
+    """Return the sources, with the scenarios of each folder instead of the folder."""
+    scenarios = []
+    for source in sources:
+        is_folder = source != STDIN and isdir(source)
+        inside = sorted(map(str, Path(source).rglob("*.toml"))) if is_folder else [source]
+        if not inside:
+            raise InputError(f"{source}: this folder has no scenario (*.toml)")
+        scenarios += inside
+    return scenarios
+
+
+def stem_of(source: str) -> str:
+    """Return the name of a result by default, without its suffix."""
+    return "stdin" if source == STDIN else Path(source).stem
+
+
+def made_folder(folder: Path = RESULTS, way: str = "give a file with -o") -> Path:
+    """Return a folder for results, which is made; `way` is the way out where it cannot be."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        reason = "this is a file" if exists(folder) else error.strerror
+        raise OutputError(f"cannot create the folder '{folder}' ({reason}); {way}") from None
+    return folder
+
+
+def _targets(sources: Sequence[str], output: str | None, no_clobber: bool) -> list[Path]:
+    """Return the result file of each scenario; of several it is checked that all can be written.
+
+    The output is a folder, which exists or ends with a slash; for one scenario a file otherwise.
+    The folder is made, if there is one to make it in.
+    """
+    if output == STDIN:
+        raise InputError("-o -: a result is written as HDF5, not printed; give a file name")
+    is_folder = output is None or output.endswith(("/", sep)) or isdir(output)
+    if output is not None and len(sources) == 1 and not is_folder:
+        return [Path(output)]
+    folder = made_folder() if output is None else Path(output)
+    targets: dict[Path, str] = {}
+    for source in sources:
+        target = folder / f"{stem_of(source)}.h5"
+        if target in targets:
+            raise InputError(
+                f"{targets[target]} and {source} would both be written to {target}; solve them one"
+                " by one, each with its -o"
+            )
+        targets[target] = source
+    made_folder(folder, "give another folder with -o")
+    if len(sources) > 1:
+        from frictionsim.io.run_files import RunFiles
+
+        for target in targets:
+            RunFiles(target).check(no_clobber)
+    return list(targets)

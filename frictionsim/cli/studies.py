@@ -1,6 +1,5 @@
 """The commands on studies of many runs: cost, fit and sweep."""
 
-import gc
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -8,62 +7,46 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import frictionsim as fs
-from frictionsim.cli.monitor import CommandMonitor, StatusLine, SweepMonitor
-from frictionsim.cli.options import (
+from frictionsim.cli.commands import command
+from frictionsim.cli.runs import (
     RESULTS,
     STDIN,
-    AsJson,
-    NoClobber,
-    OverridesOption,
-    Quiet,
-    ScenarioFile,
-    Scheduler,
-    Verbose,
-    WorkerCount,
-    command,
-    default_folder,
-    given,
     load_scenario,
-    named_by_option,
+    made_folder,
+    run_sweep,
     stem_of,
 )
-from frictionsim.cli.printing import (
+from frictionsim.cli.terminal import (
+    CommandMonitor,
+    StatusLine,
     log_on_stderr,
     print_beside_files,
     print_data,
     print_error,
     warn,
 )
-from frictionsim.errors import EXIT_SIGNAL, InputError, OutputError, counted
+from frictionsim.errors import InputError, OutputError, counted
 
 if TYPE_CHECKING:
-    from frictionsim.api.result_base import ResultBase
-    from frictionsim.api.sweep_result import Sweep
+    from frictionsim.api.result import ResultBase
     from frictionsim.io.output_file import Kind
 
-# The option for an argument of `fs.fit` that has another name.
-FIT_OPTIONS = {"channels": "channel", "quantities": "quantity", "units": "unit"}
 SECONDS_BETWEEN_UPDATES = 0.2  # of the number of runs of a fit
 
 
-@command
+@command()
 def cost(
-    scenario: ScenarioFile,
-    overrides: OverridesOption = None,
-    backends: str | None = None,
-    laws: str | None = None,
-    tolerances: str | None = None,
-    bodies: str | None = None,
-    models: str | None = None,
-    max_wall: float | None = None,
-    repeats: int | None = None,
+    scenario: str,
+    overrides: list[str] | None = None,
     csv: Path | None = None,
     plot: Path | None = None,
-    no_clobber: NoClobber = False,
-    as_json: AsJson = False,
+    no_clobber: bool = False,
+    as_json: bool = False,
+    **options: Any,
 ) -> int:
     """Measure error against run time, by friction law, backend and setting.
 
+    SCENARIO --set
     --backends A,B      Use these backends. [all that apply]
     --laws A,B          Use these friction laws. [all that apply]
     --tolerances X,Y    Use these relative tolerances of adaptive backends. [1e-3,1e-5,...,1e-11]
@@ -74,6 +57,7 @@ def cost(
     --repeats N         Time each setting at most so many times. [3]
     --csv FILE          Write the table as CSV.
     --plot FILE         Draw error against work, as .png, .pdf or .svg.
+    --no-clobber --json
     """
     from frictionsim.api.studies import CostOptions, Study
     from frictionsim.api.studies import study as run_study
@@ -83,12 +67,12 @@ def cost(
     log_on_stderr(0)
     loaded = load_scenario(scenario, overrides)
     with (
-        CommandMonitor(loaded.solver.duration, with_progress=False) as monitor,
+        CommandMonitor(loaded.solver.duration) as monitor,
         StatusLine() as line,
     ):
-        options = CostOptions.among(locals(), progress=line)
+        checked = CostOptions.of(progress=line, **options)
         _check_files({"--csv": (csv, COSTS), "--plot": (plot, PICTURE)}, no_clobber)
-        study = Study(loaded.origin, *run_study(loaded, options, monitor))
+        study = Study(loaded.origin, *run_study(loaded, checked, monitor))
     done = study.status == "done"
     if not done:  # a whole table of another study stays
         csv, plot = (path and partial_name(path) for path in (csv, plot))
@@ -150,30 +134,19 @@ def _write_and_print(
     return list(named.values())
 
 
-@command
+@command(channels="channel", quantities="quantity", units="unit")
 def fit(
-    scenario: ScenarioFile,
-    free: list[str] | None = None,
-    data: Path | None = None,
-    channels: list[str] | None = None,
-    quantities: list[str] | None = None,
-    over: list[str] | None = None,
-    overrides: OverridesOption = None,
-    sigma: list[str] | None = None,
-    units: list[str] | None = None,
-    time: str | None = None,
-    time_unit: str | None = None,
-    time_offset: float | None = None,
-    starts: int | None = None,
-    seed: int | None = None,
-    bootstrap: int | None = None,
+    scenario: str,
+    overrides: list[str] | None = None,
     output: Path | None = None,
     plot: Path | None = None,
-    no_clobber: NoClobber = False,
-    as_json: AsJson = False,
+    no_clobber: bool = False,
+    as_json: bool = False,
+    **options: Any,
 ) -> int:
     """Fit keys of a scenario to measured data, with standard errors.
 
+    SCENARIO
     --free KEY=LOW:HIGH[:START]  Fit a key within bounds; A,B for two keys of equal value. May be
                                  repeated. [start: that of the scenario]
     --data FILE                  Read the measured data from this CSV.
@@ -181,6 +154,7 @@ def fit(
     --quantity NAME=VALUE        Fit to a measured quantity; with --over NAME[=COLUMN]. May be
                                  repeated.
     --over KEY[=COLUMN]          Set a key by each row of the data, one run a row. May be repeated.
+    --set
     --sigma NAME=VALUE           Take this standard deviation of a channel or quantity, in the unit
                                  of the data, or that in a column. May be repeated. [the scatter
                                  about the fit]
@@ -194,22 +168,18 @@ def fit(
     --bootstrap N                Fit to so many resamples for intervals, at least 40. [0]
     -o, --output FILE            Write the fitted scenario, to a new file.
     --plot FILE                  Draw data, fit and residuals, as .png, .pdf or .svg.
+    --no-clobber --json
     """
     from frictionsim.io.output_file import PICTURE, SCENARIO
     from frictionsim.scenario.options import column_of
 
-    with named_by_option(FIT_OPTIONS), StatusLine(SECONDS_BETWEEN_UPDATES) as line:
+    if "time" in options:
+        options["time"] = column_of(options["time"])
+    with StatusLine(SECONDS_BETWEEN_UPDATES) as line:
         loaded = load_scenario(scenario, overrides)
         _check_files({"-o": (output, SCENARIO), "--plot": (plot, PICTURE)}, no_clobber)
-        result = fs.fit(
-            loaded,
-            free=free or (),
-            progress=lambda runs: line(f"{runs} runs"),
-            **given(data=data, channels=channels, quantities=quantities, over=over),
-            **given(sigma=sigma, units=units, time_unit=time_unit, time_offset=time_offset),
-            **given(time=None if time is None else column_of(time)),
-            **given(starts=starts, seed=seed, bootstrap=bootstrap),
-        )
+        options["progress"] = lambda runs: line(f"{runs} runs")
+        result = fs.fit(loaded, **{"free": (), **options})
     files = {"output": (output, result.save_toml), "picture": (plot, result.save_picture)}
     _write_and_print(result, files, as_json)
     if result.not_identified and not as_json:
@@ -222,25 +192,19 @@ def fit(
     return result.exit_code
 
 
-@command
+@command()
 def sweep(
-    source: str,
-    vary: list[str] | None = None,
-    overrides: OverridesOption = None,
-    zip: bool = False,
-    sample: int | None = None,
-    method: str | None = None,
-    seed: int | None = None,
-    indices: bool = False,
-    workers: WorkerCount = None,
-    dask: Scheduler = None,
+    scenario: str,
+    overrides: list[str] | None = None,
+    workers: int | None = None,
+    dask: str | None = None,
     output: Path | None = None,
     csv: Path | None = None,
-    keep_series: bool = False,
-    no_clobber: NoClobber = False,
-    as_json: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = 0,
+    no_clobber: bool = False,
+    as_json: bool = False,
+    quiet: bool = False,
+    verbose: int = 0,
+    **options: Any,
 ) -> int:
     """Run many combinations of values and write them to one file.
 
@@ -249,50 +213,32 @@ def sweep(
     --vary KEY=VALUES  Vary a key, or several keys of equal value (A,B=...): [0.1, 0.2],
                        lin(a, b, n), log(a, b, n); with --sample uniform(a, b), normal(m, s),
                        lognormal(m, s), triangular(a, c, b). May be repeated.
+    --set
     --zip              Vary the keys together, not in all combinations.
     --sample N         Run a sample of N combinations from distributions.
     --method NAME      Draw the sample by sobol, lhs or random. [sobol]
     --seed N           Draw the sample from this random seed. [0]
     --indices          Run the N (keys + 2) combinations of Sobol indices.
+    --workers --dask
     -o, --output FILE  Write the sweep to this file. [results/<name>-sweep.h5]
     --csv FILE         Write a table as CSV.
     --keep-series      Write the result of each run to the folder FILE.series.
+    --no-clobber --json --quiet --verbose
     """
     from frictionsim.api.sweeping import SweepOptions, study_from
 
-    options = SweepOptions.among(locals())
+    checked = SweepOptions.of(**options)
     if output == Path(STDIN):
         raise InputError("-o -: a sweep is written as HDF5, not printed; give a file name")
-    scenario = load_scenario(source, overrides) if source == STDIN else source
-    study = study_from(scenario, overrides, options)
+    source = load_scenario(scenario, overrides) if scenario == STDIN else scenario
+    study = study_from(source, overrides, checked)
     log_on_stderr(verbose)
-    with _target(output, source) as target:
+    given: dict[str, Any] = {"no_clobber": no_clobber, "workers": workers, "dask": dask}
+    with _target(output, scenario) as target:
         _check_csv(csv, target, no_clobber, study.options.indices)
         warn(study.scenario.warnings())
-        run = partial(
-            fs.sweep, study, output=target, no_clobber=no_clobber, workers=workers, dask=dask
-        )
-        return run_sweep(run, source, csv, as_json, quiet)
-
-
-def run_sweep(
-    run: "Callable[..., Sweep]", source: str, csv: Path | None, as_json: bool, quiet: bool
-) -> int:
-    """Run a sweep, which takes `progress`, and print its summary; return the exit code."""
-    gc.enable()  # off for short commands; a sweep may take days
-    with SweepMonitor(not (quiet or as_json), quiet) as monitor:
-        swept = run(progress=monitor)
-        if csv is not None:
-            swept.save_csv(csv)
-    if as_json:
-        named = None if csv is None else str(csv)
-        print_beside_files(swept.to_json() | {"scenario": source, "csv": named})
-    elif not quiet:
-        print_beside_files(swept.summary())
-    for failures in swept.failures:
-        print_error(f"warning: {failures}")
-    received = monitor.signals.received
-    return EXIT_SIGNAL + received if received else swept.exit_code
+        run = partial(fs.sweep, study, output=target, **given)
+        return run_sweep(run, scenario, csv, as_json, quiet)
 
 
 @contextmanager
@@ -302,7 +248,7 @@ def _target(output: Path | None, source: str) -> Iterator[Path]:
         yield output
         return
     made = not RESULTS.is_dir()
-    folder = default_folder()
+    folder = made_folder()
     try:
         yield folder / f"{stem_of(source)}-sweep.h5"
     finally:

@@ -68,7 +68,13 @@ def check_names(whole: Path, partial: Path, resumed: Path | None, kind: Kind, ne
 
 
 def warn_of_name(target: Path) -> None:
-    """Warn, before a run, of an HDF5 file without a suffix of HDF5."""
+    """Warn, before a run, of an HDF5 file without a suffix of HDF5; that of CSV is refused."""
+    if target.suffix.lower() == ".csv":
+        name = target.with_suffix(SUFFIXES[0])
+        raise InputError(
+            f"{target}: a result is written as HDF5; give {name}, of which 'frictionsim show {name}"
+            f" --csv -o {target}' writes CSV"
+        )
     if target.suffix.lower() not in SUFFIXES:
         ends = " or ".join((", ".join(SUFFIXES[:-1]), SUFFIXES[-1]))
         text = "%s: the file is HDF5 whatever its name; names of HDF5 end in %s"

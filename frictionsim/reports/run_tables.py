@@ -58,7 +58,8 @@ class ReportedRun(NamedTuple):
 
 def summary(runs: Sequence[ReportedRun]) -> Iterator[Block]:
     """Yield quantities, estimates of their errors, audit and solver statistics of runs."""
-    yield quantities_table(
+    are_alike = len({run.attribute("kind") for run in runs}) == 1
+    columns = [
         Column(
             run.record.quantities,
             digits_of(run.attribute("kind"), run.attribute("scenario")),
@@ -67,7 +68,8 @@ def summary(runs: Sequence[ReportedRun]) -> Iterator[Block]:
             run.other_mesh,
         )
         for run in runs
-    )
+    ]
+    yield quantities_table(columns, are_alike)
     for run in runs:
         if run.errors and run.error_estimate:
             yield after_label(run, run.error_estimate)
@@ -123,15 +125,16 @@ class Column(NamedTuple):
     other: "OtherMesh | None" = None  # the quantities on another mesh
 
 
-def quantities_table(columns: Iterable[Column]) -> Table:
-    """Return the quantities of results with their units, and the difference of two."""
-    columns, headings = list(columns), ["quantity"]
+def quantities_table(columns: Sequence[Column], are_alike: bool = True) -> Table:
+    """Return the quantities of results with their units, and the difference of two alike."""
+    headings = ["quantity"]
     for one in columns:
         of = f" of {one.label}" if one.label else ""
         headings.append(f">{one.label or 'value'}")
         headings += [f">error{of}"] if one.errors else []
         headings += [f">{one.other.name}{of}"] if one.other else []
-    if len(columns) == 2:
+    are_subtracted = are_alike and len(columns) == 2
+    if are_subtracted:
         headings.append(f">{columns[1].label} less {columns[0].label}")
     rows = []
     for name in dict.fromkeys(name for one in columns for name in one.quantities):
@@ -143,7 +146,7 @@ def quantities_table(columns: Iterable[Column]) -> Table:
             cells.append("" if quantity is None else text)
             cells += [error_text(error)] if one.errors else []
             cells += [_on_other_mesh(value, text, one.other.values.get(name))] if one.other else []
-        cells += [_difference(*compared)] if len(compared) == 2 else []
+        cells += [_difference(*compared)] if are_subtracted else []
         units = dict.fromkeys(quantity.unit for quantity in compared if quantity is not None)
         rows.append((*cells, " or ".join(units)))  # files of several versions may have several
     return Table([*headings, "unit"], rows, "Quantities")

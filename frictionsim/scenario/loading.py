@@ -247,7 +247,8 @@ def _read(path: Path) -> str:
             if file.peek(len(HDF5_SIGNATURE)).startswith(HDF5_SIGNATURE):
                 fault = (
                     "this is a result, expected a scenario; 'frictionsim show --scenario"
-                    f" {path}' prints the scenario in it"
+                    f" {path}' prints the scenario in it, which in Python is"
+                    f" fs.open({str(path)!r}).scenario"
                 )
             else:
                 return read_text(file)

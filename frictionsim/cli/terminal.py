@@ -1,11 +1,15 @@
-"""Messages on stderr, text and JSON on stdout, and how an exception ends a command."""
+"""What a command prints and hears: messages, text, JSON, progress, signals, and how it ends."""
 
-from collections.abc import Iterable
-from contextlib import suppress
+import os
+import signal
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from errno import ENOMEM
-from signal import SIGINT
+from time import monotonic
 from traceback import walk_tb
-from typing import TYPE_CHECKING, Any
+from types import FrameType
+from typing import TYPE_CHECKING, Any, Self
 
 import typer
 
@@ -20,7 +24,21 @@ from frictionsim.errors import (
     InputError,
     OutputError,
 )
-from frictionsim.io.terminal import ReaderGone, Stdout, print_on_stderr
+from frictionsim.io.terminal import (
+    ReaderGone,
+    Stdout,
+    is_terminal,
+    print_on_stderr,
+    visible,
+    write_on_stderr,
+)
+from frictionsim.simulation.monitor import (
+    Monitor,
+    Monitors,
+    StopSignals,
+    SweepProgress,
+    compilation_text,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -78,27 +96,19 @@ def print_end(result: "Result", whole: "Path | None") -> None:
         )
 
 
-def print_text(text: str) -> None:
-    """Print text on stdout; it is discarded after the reader of a pipe has gone."""
+def print_data(data: Any) -> None:
+    """Print text as it is, and other data, without non-finite numbers, as JSON.
+
+    It is discarded after the reader of a pipe has gone.
+    """
+    if not isinstance(data, str):
+        from json import dumps
+
+        data = dumps(data, indent=2, allow_nan=False)
     stdout = Stdout()
     with suppress(ReaderGone):
-        stdout.write(f"{text}\n")
+        stdout.write(f"{data}\n")
         stdout.flush()
-
-
-def print_json(data: Any) -> None:
-    """Print data on stdout; they must not contain non-finite numbers."""
-    from json import dumps
-
-    print_text(dumps(data, indent=2, allow_nan=False))
-
-
-def print_data(data: Any) -> None:
-    """Print text as it is, and other data as JSON."""
-    if isinstance(data, str):
-        print_text(data)
-    else:
-        print_json(data)
 
 
 def print_beside_files(data: Any) -> None:
@@ -159,7 +169,7 @@ def ending_of(error: BaseException) -> tuple[str, int]:
     if isinstance(error, typer.TyperException):
         return _usage(error), EXIT_BAD_INPUT
     if isinstance(error, KeyboardInterrupt | typer.Abort):
-        return "", EXIT_SIGNAL + SIGINT
+        return "", EXIT_SIGNAL + signal.SIGINT
     if isinstance(error, SystemExit) and not _plugin_of(error)[0]:
         return "", error.code if isinstance(error.code, int) else EXIT_DEFECT
     if isinstance(error, MemoryError) or getattr(error, "errno", None) == ENOMEM:
@@ -210,3 +220,108 @@ def _plugin_of(error: BaseException) -> tuple[str, str]:
 def _top(module: str) -> str:
     """Return the package that is imported for a module."""
     return module.partition(":")[0].partition(".")[0]
+
+
+# A lost connection sends SIGHUP, which Windows does not have.
+STOP_SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+CLEAR_LINE = "\r\x1b[K"  # erases a status line that may be on the terminal
+# `timeout` and shells signal both the process and its group: a signal may be delivered twice.
+SECONDS_FOR_ONE_SIGNAL = 0.2
+
+
+class CommandSignals(StopSignals):
+    """Stops a command at a signal that the process does not ignore; a second one ends it.
+
+    They are handled from the first step on: before it there is nothing to keep, and the default
+    action also ends what C code does for a minute, such as the assembly of a large belt.
+    """
+
+    NUMBERS = STOP_SIGNALS
+
+    def __init__(self) -> None:
+        super().__init__()
+        # Those of the program around it: within a run, that of `fs.solve` may be in the place.
+        self._before = {number: signal.getsignal(number) for number in STOP_SIGNALS}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __call__(self, progress: Any, /) -> None:
+        """Stop the run after a signal; while combinations are checked no run is completed."""
+        is_sweep = isinstance(progress, SweepProgress)
+        if not is_sweep or progress.checked >= progress.total:
+            self.handle(self._before)
+            super().__call__(0.0 if is_sweep else progress)
+
+    def replaces(self, handler: Any) -> bool:
+        # What is ignored stays ignored, as by nohup; None is a handler that is not Python's.
+        return handler not in (signal.SIG_IGN, None)
+
+    def on_second(self, number: int) -> None:
+        if monotonic() - self._first > SECONDS_FOR_ONE_SIGNAL:
+            from frictionsim.io.output_file import discard_parts
+
+            discard_parts()
+            os._exit(EXIT_SIGNAL + number)
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        if not self.received:
+            self._first = monotonic()
+        super()._on_signal(number, frame)
+
+
+class _Compilations(Monitor[Any]):
+    """Announces compilations, with a sign of life on a terminal, unless quiet."""
+
+    def __init__(self, quiet: bool) -> None:
+        self._quiet = quiet
+
+    @contextmanager
+    def compiling(self, expected: float) -> Iterator[None]:
+        if not self._quiet:
+            print_on_stderr(f"frictionsim: {compilation_text(expected)}")
+        if self._quiet or not is_terminal(sys.stderr):
+            yield
+            return
+        from rich.console import Console
+
+        with Console(stderr=True).status("compiling"):
+            yield
+
+
+class CommandMonitor(Monitors[Any]):
+    """Watches a command: stop signals, compilations, and with `shown` progress on a terminal.
+
+    `duration`, s, is that of a run; None for a sweep.
+    """
+
+    def __init__(self, duration: float | None, shown: bool = False, quiet: bool = False) -> None:
+        self.signals = CommandSignals()
+        bar: list[Monitor[Any]] = []
+        if shown and is_terminal(sys.stderr):
+            from frictionsim.api.progress import RunProgress, SweepBar
+
+            bar = [SweepBar() if duration is None else RunProgress(duration)]
+        super().__init__(self.signals, _Compilations(quiet), *bar)
+
+
+class StatusLine:
+    """Shows a text in one line of a terminal, after some seconds another; erased at the end."""
+
+    def __init__(self, seconds_between: float = 0.0) -> None:
+        self._pause = seconds_between
+
+    def __enter__(self) -> Self:
+        self._is_shown, self._last = is_terminal(sys.stderr), 0.0
+        return self
+
+    def __call__(self, text: str) -> None:
+        if self._is_shown and monotonic() - self._last >= self._pause:
+            self._last = monotonic()
+            write_on_stderr(f"{CLEAR_LINE}{visible(text)}")
+
+    def __exit__(self, *_: object) -> None:
+        if self._is_shown:
+            write_on_stderr(CLEAR_LINE)
