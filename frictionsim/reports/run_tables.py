@@ -1,6 +1,6 @@
 """The tables of one run, or of several of a kind side by side, for terminal, notebook and page."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
