@@ -83,7 +83,7 @@ def test_tensions_are_at_their_places_along_the_belt(effects: dict[str, Any]) ->
 
 
 def test_the_tension_of_a_string_is_that_of_its_joints() -> None:
-    record = string()
+    record = belt_run(TWO, bodies=60)
     ax = draw(record, "tension").axes[0]
     arc, span = np.pi * 0.027, 0.515
     shaded = sorted((p.get_x(), p.get_width()) for p in ax.patches if p.get_width() > 0)
