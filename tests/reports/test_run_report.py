@@ -8,7 +8,7 @@ import pytest
 
 import frictionsim as fs
 from tests.support.belt_results import TWO, belt_run
-from tests.support.browser import opened, wait_until, without_scripts
+from tests.support.browser import opened, wait_until
 from tests.support.cases import slow
 from tests.support.html_elements import data_of, panels_of
 from tests.support.scenarios import shipped
@@ -150,14 +150,6 @@ def test_a_comparison_has_both_drawings_on_one_clock(browser: Any, tmp_path: Pat
         assert len([words for words in rows if "travel drawn 1 :" in words]) == 1
         size = page.evaluate(ARROWS)
         assert size[0] * 2300.0 == pytest.approx(size[1] * 2224.1, rel=0.02)
-
-
-def test_without_scripts_the_tables_are_there(browser: Any, tmp_path: Path) -> None:
-    report = fs.report(fs.solve(shipped("pulley", solver__rtol=1e-6)), tmp_path / "a.html")
-    with without_scripts(browser, report) as page:
-        for words in ("force_to_lift", "energy_balance", "breakaway", "mu_s = 0.2"):
-            assert page.get_by_text(words).first.is_visible(), words
-        assert page.locator("noscript p").is_visible()
 
 
 HARM = "</script><script>window.harm = 1</script>\"'<img src=x onerror=alert(1)> %{y} <b>$x$</b>"
