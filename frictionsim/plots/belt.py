@@ -263,10 +263,7 @@ def body(
 ) -> None:
     """Draw the tension before one body of the belt, the forces on it and its slip velocity.
 
-    Parameters
-    ----------
-    body : int, optional
-        By default the one that touches pulleys for the longest time.
+    The default is the body that touches pulleys for the longest time.
     """
     names = ["pulley_speed", "tension", "normal_force"]
     names += ["friction_force", "slip_velocity"] if _has_friction(record) else []

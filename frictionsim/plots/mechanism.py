@@ -408,12 +408,10 @@ def animate(
     progress: Callable[[int, int], None] | None = None,
     name: str = "",
 ) -> None:
-    """Write the mechanism of a result in motion.
+    """Write the mechanism of a result in motion as a GIF or MP4, by the suffix of the path.
 
     Parameters
     ----------
-    path : Path
-        Ends in .gif or .mp4.
     fps : float, optional
         Frames per second: 20 of a GIF, 30 of MP4.
     speed : float, optional
@@ -518,13 +516,7 @@ def rate_of(kind: str, fps: float | None) -> float:
 
 
 def frames_of(time: Any, fps: float, speed: float | None) -> Any:
-    """Return the number of the frame of a motion that each frame of an animation shows.
-
-    Parameters
-    ----------
-    time : (frames,), s
-        Of the motion.
-    """
+    """Return the frame of a motion, with times in s, that each frame of an animation shows."""
     duration = float(time[-1] - time[0])
     speed = (duration / SECONDS if duration else 1.0) if speed is None else speed
     if not 0.0 < speed < inf:

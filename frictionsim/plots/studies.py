@@ -61,13 +61,7 @@ MESH_PANELS = (
 
 
 def cost_diagram(table: "CostTable", figure: Any = None) -> Any:
-    """Draw the errors of a study of costs, a line for each method.
-
-    Parameters
-    ----------
-    figure : Figure or SubFigure, optional
-        An empty one that is drawn into.
-    """
+    """Draw the errors of a study of costs, a line for each method, into an empty or new figure."""
     figure = new_figure(WIDTH) if figure is None else figure
     with styled():
         _draw_costs(table, figure)
@@ -145,12 +139,8 @@ RESIDUAL: dict[str, Any] = {"color": BLACK, "linestyle": "", "marker": "."}
 def fit_diagram(outcome: "FitOutcome", figure: Any = None) -> Any:
     """Draw data and fit of each channel or quantity, with the residuals below.
 
-    A grey band has the width of twice the standard deviation of the data.
-
-    Parameters
-    ----------
-    figure : Figure or SubFigure, optional
-        An empty one that is drawn into.
+    A grey band has the width of twice the standard deviation of the data. The figure is an empty
+    one or a new one.
     """
     figure = new_figure() if figure is None else figure
     with styled():

@@ -162,12 +162,7 @@ def draw_sweep(
 ) -> Any:
     """Draw a sweep into an empty figure or a new one; return it.
 
-    Parameters
-    ----------
-    quantities : sequence of str
-        By default the first ones that vary.
-    at : mapping, optional
-        By key of a grid, the one value of it that is drawn.
+    By default the first quantities that vary; `at` has by key of a grid the value that is drawn.
     """
     _check(table, quantities)
     design = table.attributes["design"]
