@@ -1,8 +1,5 @@
 """Pictures of results: what stands in them, files that are written, options that are refused."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -18,25 +15,9 @@ from tests.support.records import (
     with_channels,
     words_of,
 )
-from tests.support.scenarios import shipped, simulate
+from tests.support.scenarios import shipped
 
 MAX_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly
-
-
-def test_view_all_draws_each_view_that_has_channels_into_its_own_file(
-    told: Callable, here: Path
-) -> None:
-    gear = shipped("epicyclic", solver__duration=0.3, effects__tracer_point=None)
-    fs.Result(simulate(gear)).save(here / "gear.h5")
-    out, err = told("plot", "gear.h5", "--view", "all")
-    assert out.split() == [
-        f"gear-{view}.png" for view in ("response", "friction", "torque", "mechanism")
-    ]
-    assert all((here / name).is_file() for name in out.split())
-    assert "view skipped: cannot draw the view 'path'" in err
-    out, err = told("plot", "gear.h5", "--view", "path", code=2)
-    assert (out, "effects.tracer_point" in err) == ("", True)
-    assert not (here / "gear.png").exists()
 
 
 @pytest.mark.parametrize(
