@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from frictionsim.results import Record
@@ -56,18 +55,3 @@ def test_arrows_of_two_stills_of_a_run_are_on_one_scale(name: str) -> None:
         widths.append(figure.axes[1].get_xlim())
     assert per_newton[0] == pytest.approx(per_newton[1], rel=1e-9)
     assert widths[0] == pytest.approx(widths[1], rel=1e-9)
-
-
-def test_the_lever_arm_is_friction_torque_over_reaction() -> None:
-    record = shown("shaft")
-    k = int(np.searchsorted(record.time, 0.8))
-    figure = drawn(record, "friction_circle", time=float(record.time[k]))
-    lines = [
-        c.get_segments()[0]
-        for c in figure.axes[2].collections
-        if isinstance(c, LineCollection) and len(c.get_segments()) == 1
-    ]
-    arm = abs(record.channels["friction_torque"][k]) / record.channels["shaft_reaction"][k]
-    assert any(
-        np.allclose(line[0], 0.0) and np.hypot(*line[1]) == pytest.approx(arm) for line in lines
-    )
