@@ -51,7 +51,6 @@ from frictionsim.plots.style import (
     new_figure,
     plain,
     set_title,
-    short_overrides,
     styled,
     title_of,
 )
@@ -431,12 +430,9 @@ def animate(
         raise InputError("cannot show this result in motion: there is no drawing of its kind")
     fps = rate_of(kind, fps)
     frames = frames_of(motion.time, fps, speed)
-    title = record.attributes["title"] or record.attributes["kind"]
-    if overrides := short_overrides(record.attributes):
-        title += f" ({'; '.join(overrides)})"
     with styled(), TemporaryDirectory(prefix="frictionsim-") as folder:
         figure = new_figure()
-        drawing = Drawing(motion, figure, title)
+        drawing = Drawing(motion, figure, title_of(record))
         drawing.show(0)
         add_legend(figure, key_of(motion), columns=3)
         figure.draw_without_rendering()
