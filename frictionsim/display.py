@@ -125,11 +125,12 @@ def set_line(attributes: Mapping[str, str]) -> str:
 
 
 def cut_text(text: str, length: int) -> str:
-    """Return a text with at most so many characters, cut between two words if it has several."""
+    """Return a text with at most so many characters, cut between words unless little is left."""
     if len(text) <= length:
         return text
     start = text[: length - 1]
-    return f"{(start.rpartition(' ')[0] or start).rstrip(',;')}…"
+    words = start.rpartition(" ")[0].rstrip(",;")
+    return f"{words if 2 * len(words) > length else start}…"
 
 
 # Words for modes.

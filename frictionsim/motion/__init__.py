@@ -23,8 +23,7 @@ def motion_of(result: "Record", sample: int | None = None, reduction: float = 1.
     Parameters
     ----------
     sample : int, optional
-        The number of the only one that is drawn; what is counted or measured from the start of the
-        run still is.
+        The only one that is drawn; what is counted or measured from the start of the run still is.
     reduction : float
         How much smaller travels are drawn at least, of a kind whose motions have a reduction.
     """

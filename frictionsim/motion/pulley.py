@@ -16,7 +16,7 @@ import numpy as np
 
 from frictionsim.display import CONTACT_WORDS, MODE_WORDS
 from frictionsim.motion.parts import Arrow, Body, Line, Motion, Part, Readout
-from frictionsim.motion.samples import Samples
+from frictionsim.motion.samples import Samples, scenario_in
 from frictionsim.motion.shapes import (
     arc,
     block,
@@ -30,10 +30,10 @@ from frictionsim.motion.shapes import (
     wheel,
 )
 from frictionsim.results import SLACK, TAUT
-from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
-    from frictionsim.motion.parts import Array
+    from frictionsim.mechanisms.pulley.schema import PulleyScenario
+    from frictionsim.motion.parts import Array, Role
     from frictionsim.results import Record
 
 # In radii of the pulley.
@@ -58,11 +58,11 @@ READOUTS = {
 
 def motion(record: "Record", sample: int | None = None, reduction: float = 1.0) -> Motion:
     """Return the motion of a result, or of one of its samples; travels at least so much smaller."""
-    at, radius = Samples(record, sample), float(scenario_value(record, "mechanism", "cord_radius"))
-    effects = scenario_of(record).get("effects", {})
-    with_masses = "hanging_masses" in effects
-    draw = _lift if with_masses else _hoist
-    (lines, loads, forces, more), smaller = draw(at, radius, reduction)
+    at, scenario = Samples(record, sample), scenario_in(record)
+    radius = scenario.mechanism.cord_radius
+    draw = _hoist if scenario.effects.hanging_masses is None else _lift
+    (lines, loads, forces, more), smaller = draw(at, scenario, reduction)
+    forces += torque_arc("torque of the drive", at.get("drive_torque", at.still), ARC * radius)
     journal, details = journal_of(at, DRAWN_SHAFT * radius)
     wheels = [Body("pulley", wheel(radius, hub=0.0), at.still, at.still, at["angle"]), *journal]
     scale = scale_of(forces, ARROW * radius)
@@ -76,12 +76,11 @@ _Drawn = tuple[list[Part], list[Part], list[Part], list[Readout]]
 """Cords, what hangs on them, forces, and readouts."""
 
 
-def _hoist(at: Samples, radius: float, least: float) -> tuple[_Drawn, float]:
+def _hoist(at: Samples, scenario: "PulleyScenario", least: float) -> tuple[_Drawn, float]:
     """Return a load that a force or torque lifts, and how much smaller its travel is drawn."""
-    scenario = scenario_of(at.record)
-    horizontal = scenario.get("drive", {}).get("direction") == "horizontal"
-    start = radians(scenario["mechanism"].get("initial_angle_deg", 0.0))
-    way = radius * (at.whole("angle") - start)
+    radius, weight = scenario.mechanism.cord_radius, scenario.mechanism.load
+    horizontal = scenario.drive.direction == "horizontal"
+    way = radius * (at.whole("angle") - radians(scenario.mechanism.initial_angle_deg))
     (heights,), smaller = _heights([way], radius, least)
     travel, height = way[at.numbers], heights[at.numbers]
     pulled = HIGHEST * radius + height - heights.min()  # how far its end is from the wheel
@@ -91,58 +90,56 @@ def _hoist(at: Samples, radius: float, least: float) -> tuple[_Drawn, float]:
     # Marks run from the load on, which itself moves.
     run = travel - (height - heights[0])
     lines: list[Part] = [Line("cord", points, "cord", travel=run, spacing=SPACING * radius)]
-    side, weight = BLOCK * radius, float(scenario_value(at.record, "mechanism", "load"))
+    side = BLOCK * radius
     shape = (block(side, side, "load"),)
     loads: list[Part] = [Body(_named("load", smaller), shape, at.still + radius, height, at.still)]
     foot = vectors(radius, height - side)
     forces: list[Part] = [Arrow("weight of the load", foot, vectors(at.still, -weight), "load")]
-    if "drive_force" in at or "drive_torque" in at:
-        force = at["drive_force"] if "drive_torque" not in at else at.still
-        if "drive_torque" in at:
-            forces += torque_arc("torque of the drive", at["drive_torque"], ARC * radius)
-        else:
-            pull = (-force, at.still) if horizontal else (at.still, -force)
-            forces.append(Arrow("drive force", vectors(*end), vectors(*pull), "force"))
-        if "friction_torque" in at:
-            across = force if horizontal else at.still
-            up = at.still + weight if horizontal else force + weight
-            forces.append(reaction(across, up, at["friction_torque"]))
+    turned = "drive_torque" in at
+    force = at.still if turned else at.get("drive_force", at.still)
+    if "drive_force" in at and not turned:
+        pull = (-force, at.still) if horizontal else (at.still, -force)
+        forces.append(Arrow("drive force", vectors(*end), vectors(*pull), "force"))
+    if "friction_torque" in at and ("drive_force" in at or turned):
+        across, up = (force, at.still) if horizontal else (at.still, force)
+        forces.append(reaction(across, up + weight, at["friction_torque"]))
     readouts = [*at.contact(), Readout("travel of the load", "m", travel)]
     return (lines, loads, forces, readouts), smaller
 
 
-def _lift(at: Samples, radius: float, least: float) -> tuple[_Drawn, float]:
+def _lift(at: Samples, scenario: "PulleyScenario", least: float) -> tuple[_Drawn, float]:
     """Return a car and a counterweight, and how much smaller their travel is drawn."""
+    masses, radius = scenario.effects.hanging_masses, scenario.mechanism.cord_radius
+    assert masses is not None  # else there is a load
+    start = radians(scenario.mechanism.initial_angle_deg)
     car, other = at["car_position"], at["counterweight_position"]
-    effects = scenario_of(at.record).get("effects", {})
-    turned = at["angle"] - _start_angle(at.record)
-    rope = car if "cord_friction" in effects else radius * turned
+    slips = scenario.effects.cord_friction is not None
+    rope = car if slips else radius * (at["angle"] - start)
     ways = [at.whole(f"{name}_position") for name in ("car", "counterweight")]
     every, smaller = _heights(ways, radius, least)
     heights = [each[at.numbers] for each in every]
     gaps = (_gap(car - rope, radius), _gap(other + rope, radius))
-    sides = [(radius, heights[0]), (-radius, heights[1])]
-    run = rope + radius * _start_angle(at.record)
     over = points_of(*arc(radius, 0.0, pi))
-    marks: dict[str, Any] = {"travel": run, "spacing": SPACING * radius}
+    marks: dict[str, Any] = {"travel": rope + radius * start, "spacing": SPACING * radius}
     lines: list[Part] = [Line("rope", over, "cord", **marks)]
-    lines += [Line("rope", points_of((x, 0.0), (x, height)), "cord") for x, height in sides]
-    masses, loads, forces = effects["hanging_masses"], list[Part](), list[Part]()
-    roles: Any = ("load", "still")
-    for (x, height), name, role in zip(sides, ("car", "counterweight"), roles, strict=True):
-        if float(masses.get(name, 0.0)) > 0.0:
-            shape = block(BLOCK * radius * (1.0 if x > 0.0 else 0.7), BLOCK * radius, role)
+    loads, forces = list[Part](), list[Part]()
+    sides: list[tuple[str, float, float, Role]] = [
+        ("car", masses.car, 1.0, "load"),
+        ("counterweight", masses.counterweight, 0.7, "still"),
+    ]
+    for (name, mass, wide, role), x, height in zip(sides, (radius, -radius), heights, strict=True):
+        lines.append(Line("rope", points_of((x, 0.0), (x, height)), "cord"))
+        if mass > 0.0:
+            shape = block(BLOCK * radius * wide, BLOCK * radius, role)
             loads.append(Body(_named(name, smaller), (shape,), at.still + x, height, at.still))
         if f"rope_tension_{name}" in at:
             pull = vectors(at.still, -at[f"rope_tension_{name}"])
             forces.append(Arrow(f"tension, {name}", vectors(at.still + x, 0.0), pull, "path"))
     if "drive_force" in at:
-        edge = BLOCK * radius if float(masses.get("counterweight", 0.0)) > 0.0 else 0.0
+        edge = BLOCK * radius if masses.counterweight > 0.0 else 0.0
         foot = vectors(-radius, heights[1] - edge)
         pull = vectors(at.still, -at["drive_force"])
         forces.append(Arrow("drive force", foot, pull, "force"))
-    if "drive_torque" in at:
-        forces += torque_arc("torque of the drive", at["drive_torque"], ARC * radius)
     if "shaft_reaction" in at:
         torque = at.get("friction_torque", at.still)
         forces.append(reaction(at.still, at["shaft_reaction"], torque))
@@ -176,11 +173,6 @@ def _heights(travels: "list[Array]", radius: float, least: float) -> "tuple[list
 
 def _named(name: str, smaller: float) -> str:
     return f"{name} (travel drawn 1 : {smaller:.3g})" if smaller > 1.0 else name
-
-
-def _start_angle(record: "Record") -> float:
-    mechanism = scenario_of(record).get("mechanism", {})
-    return float(np.radians(mechanism.get("initial_angle_deg", 0.0)))
 
 
 def _gap(difference: "Array", radius: float) -> "Array":

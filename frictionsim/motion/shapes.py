@@ -137,14 +137,7 @@ MARK = 0.07  # of the radius: the dot at the rim by which the eye sees a wheel t
 
 
 def wheel(radius: float, hub: float = HUB) -> tuple[Disc | Outline, ...]:
-    """Return a wheel with spokes, ticks and a mark at its rim, which is at the angle 0.
-
-    Parameters
-    ----------
-    radius : float, m
-    hub : float
-        Relative to the radius.
-    """
+    """Return a wheel with spokes, ticks and a mark at angle 0; radius in m, hub relative to it."""
     turns = 2.0 * pi * np.arange(1, SPOKES) / SPOKES
     ticks = 2.0 * pi * np.arange(TICKS) / TICKS
     return (

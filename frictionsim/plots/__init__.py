@@ -92,13 +92,7 @@ def views_of(kind: str) -> Views:
 
 
 def view_of(kind: str, name: str | None, given: Mapping[str, Any]) -> View:
-    """Return a view, by default the first, that can show what is given.
-
-    Parameters
-    ----------
-    given : mapping
-        Those of time, window, channels, measured and body that are wanted.
-    """
+    """Return a view, by default the first, that takes the given options."""
     views = views_of(kind)
     name = name or next(iter(views))
     if name not in views:
@@ -142,15 +136,10 @@ def draw(
     figure: "Figure | SubFigure | None" = None,
     **given: Any,
 ) -> Any:
-    """Draw a view of a result, into an empty figure or subfigure or a new one; return it.
+    """Draw a view of a result, by default the first, into an empty figure or a new one; return it.
 
-    Parameters
-    ----------
-    view : str, optional
-        One of `views_of` the kind; the default is the first.
-    given
-        time, s, of an instant; window, s, channels, and measured values of some of them, of a view
-        over time; body of a belt.
+    `given` are time, s, of an instant; window, s, channels, and measured values of some of them, of
+    a view over time; body of a belt.
     """
     chosen = view_of(record.attributes["kind"], view, given)
     if not record.channels["time"].size:
@@ -227,12 +216,8 @@ def draw_several(
 ) -> Any:
     """Draw results of one kind over each other, over time; return the figure.
 
-    Each channel, and each member of a channel, has a panel with a line for each result.
-
-    Parameters
-    ----------
-    names : sequence of str
-        What tells the results apart.
+    Each channel, and each member of a channel, has a panel with a line for each result, which its
+    name tells apart.
     """
     first = records[0]
     chosen = view_of_several(first.attributes["kind"], view)

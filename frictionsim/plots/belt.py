@@ -233,7 +233,7 @@ def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) ->
         handles["mean of a span, as in the summary"] = line
         start, end = arc_of(path, i)
         ax.axvspan(start, end, color=ARC_SHADES[0], linewidth=0)
-        handles["on a pulley"] = Patch(color=ARC_SHADES[0])
+        handles["wrap of an ideal belt"] = Patch(color=ARC_SHADES[0])
         names[0.5 * (start + end)] = pulley.name
     ax.set_xlim(0.0, path.length)
     write_above(ax, names, (0.0, path.length))
@@ -263,10 +263,7 @@ def body(
 ) -> None:
     """Draw the tension before one body of the belt, the forces on it and its slip velocity.
 
-    Parameters
-    ----------
-    body : int, optional
-        By default the one that touches pulleys for the longest time.
+    The default is the body that touches pulleys for the longest time.
     """
     names = ["pulley_speed", "tension", "normal_force"]
     names += ["friction_force", "slip_velocity"] if _has_friction(record) else []

@@ -343,10 +343,10 @@ def torque_of_machine(
         resisting["load minus friction"] = load - friction
     motor = ratio * np.asarray(shown.channels["motor_torque"])
     torques = {"motor, times the gear ratio": motor, **resisting}
-    low, high = _range(resisting.values())
-    low, high = low - MARGIN * (high - low), high + MARGIN * (high - low)
-    least, largest = _range(torques.values())
-    two = 0.0 < high - low <= FINER * (largest - least)
+    near = np.concatenate(list(resisting.values())) if resisting else np.zeros(1)
+    margin = MARGIN * float(np.ptp(near))
+    shown_range = float(np.ptp(near)) + 2.0 * margin
+    two = 0.0 < shown_range <= FINER * float(np.ptp(list(torques.values())))
     set_height(figure, 5.5 if two else 3.6)
     set_title(figure, title_of(record))
     axes = figure.subplots(1 + two, 1, sharex=True, squeeze=False)[:, 0]
@@ -354,7 +354,7 @@ def torque_of_machine(
         handles = _over_angle(ax, shown, torques)
     axes[0].set_ylabel(axis_label("torque on the gear", "N m"))
     if two:
-        axes[1].set_ylim(low, high)
+        axes[1].set_ylim(near.min() - margin, near.max() + margin)
         axes[1].set_ylabel(axis_label("at the scale of the load", "N m"))
     axes[-1].set_xlabel("angle of the gear, rad")
     figure.align_ylabels(axes)
@@ -364,12 +364,6 @@ def torque_of_machine(
             for ax in axes:
                 handles[TRANSFER] = ax.axvline(angle, **event_look(TRANSFER))
     add_legend(figure, handles)
-
-
-def _range(channels: Any) -> tuple[float, float]:
-    """Return the least and the largest value of some channels; two zeros of none."""
-    values = np.concatenate([np.zeros(0), *channels]) if channels else np.zeros(1)
-    return float(values.min()), float(values.max())
 
 
 CUSP: Look = {"marker": "D", "mfc": "white", "mec": BLACK, "markersize": 5, "linestyle": ""}

@@ -51,7 +51,6 @@ from frictionsim.plots.style import (
     new_figure,
     plain,
     set_title,
-    short_overrides,
     styled,
     title_of,
 )
@@ -408,12 +407,10 @@ def animate(
     progress: Callable[[int, int], None] | None = None,
     name: str = "",
 ) -> None:
-    """Write the mechanism of a result in motion.
+    """Write the mechanism of a result in motion as a GIF or MP4, by the suffix of the path.
 
     Parameters
     ----------
-    path : Path
-        Ends in .gif or .mp4.
     fps : float, optional
         Frames per second: 20 of a GIF, 30 of MP4.
     speed : float, optional
@@ -433,12 +430,9 @@ def animate(
         raise InputError("cannot show this result in motion: there is no drawing of its kind")
     fps = rate_of(kind, fps)
     frames = frames_of(motion.time, fps, speed)
-    title = record.attributes["title"] or record.attributes["kind"]
-    if overrides := short_overrides(record.attributes):
-        title += f" ({'; '.join(overrides)})"
     with styled(), TemporaryDirectory(prefix="frictionsim-") as folder:
         figure = new_figure()
-        drawing = Drawing(motion, figure, title)
+        drawing = Drawing(motion, figure, title_of(record))
         drawing.show(0)
         add_legend(figure, key_of(motion), columns=3)
         figure.draw_without_rendering()
@@ -518,13 +512,7 @@ def rate_of(kind: str, fps: float | None) -> float:
 
 
 def frames_of(time: Any, fps: float, speed: float | None) -> Any:
-    """Return the number of the frame of a motion that each frame of an animation shows.
-
-    Parameters
-    ----------
-    time : (frames,), s
-        Of the motion.
-    """
+    """Return the frame of a motion, with times in s, that each frame of an animation shows."""
     duration = float(time[-1] - time[0])
     speed = (duration / SECONDS if duration else 1.0) if speed is None else speed
     if not 0.0 < speed < inf:

@@ -191,13 +191,7 @@ def mark(axes: Any, record: "Record", window: "Window") -> dict[str, Any]:
 
 
 def write_above(ax: Any, texts: Mapping[float, str], along: Any) -> None:
-    """Write texts above an Axes, by their places, in two rows where there is room for them.
-
-    Parameters
-    ----------
-    along : sequence of float
-        From the least to the largest of which the Axes reach.
-    """
+    """Write texts above Axes by their places, in two rows where there is room; it spans `along`."""
     low, high = float(np.min(along)), float(np.max(along))
     longest = 2 + max(map(len, texts.values()), default=0)
     room = (high - low) * longest / (0.8 * letters_across(ax.figure, 0.7))  # "x-small"

@@ -61,13 +61,7 @@ MESH_PANELS = (
 
 
 def cost_diagram(table: "CostTable", figure: Any = None) -> Any:
-    """Draw the errors of a study of costs, a line for each method.
-
-    Parameters
-    ----------
-    figure : Figure or SubFigure, optional
-        An empty one that is drawn into.
-    """
+    """Draw the errors of a study of costs, a line for each method, into an empty or new figure."""
     figure = new_figure(WIDTH) if figure is None else figure
     with styled():
         _draw_costs(table, figure)
@@ -113,12 +107,11 @@ def _draw_lines(
         of_line = [row for row in rows if line_of(row) == name]
         done = [row for row in of_line if not isnan(row[error])]
         of_mesh = [[row for row in done if row["bodies"] == count] for count in counts] or [done]
-        groups = [[of[0] for of in of_mesh if of and error == "error"]] if meshes else []
-        for i, group in enumerate([*of_mesh, *groups]):  # the last joins the meshes
+        for i, group in enumerate(of_mesh):
             marker = MARKERS[(i if meshes else number) % len(MARKERS)]
-            marker = marker if i < len(of_mesh) else "None"
-            points = [row[work] for row in group], [max(row[error], MIN_ERROR) for row in group]
-            (line,) = ax.plot(*points, marker=marker, **look)
+            (line,) = ax.plot(*_points(group, work, error), marker=marker, **look)
+        if meshes and error == "error":  # from mesh to mesh, by the longest step of each
+            ax.plot(*_points([of[0] for of in of_mesh if of], work, error), **look)
         if done:
             handles[name] = Line2D([], [], **look) if meshes else line
         failed = [max(row[work], least) for row in of_line if isnan(row["error"])]
@@ -133,6 +126,10 @@ def _draw_lines(
     return handles
 
 
+def _points(rows: "Sequence[Row]", work: str, error: str) -> tuple[list[float], list[float]]:
+    return [row[work] for row in rows], [max(row[error], MIN_ERROR) for row in rows]
+
+
 FIT_HEIGHT, FIT_MARGIN = 3.4, 0.8  # inches, of a channel with its residuals, and of title and axis
 RATIOS = (3.0, 1.2)  # heights of data and residuals
 RESIDUAL_WIDTH = 12  # characters beside a panel of residuals
@@ -145,12 +142,8 @@ RESIDUAL: dict[str, Any] = {"color": BLACK, "linestyle": "", "marker": "."}
 def fit_diagram(outcome: "FitOutcome", figure: Any = None) -> Any:
     """Draw data and fit of each channel or quantity, with the residuals below.
 
-    A grey band has the width of twice the standard deviation of the data.
-
-    Parameters
-    ----------
-    figure : Figure or SubFigure, optional
-        An empty one that is drawn into.
+    A grey band has the width of twice the standard deviation of the data. The figure is an empty
+    one or a new one.
     """
     figure = new_figure() if figure is None else figure
     with styled():

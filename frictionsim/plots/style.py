@@ -131,10 +131,7 @@ def drawn(
 ) -> Any:
     """Return a new figure, or a given empty one, into which `draw(figure=...)` has drawn.
 
-    Parameters
-    ----------
-    width, height : float, optional, inches
-        Of a new figure; the default height is that of the view.
+    Width and height are in inches; the default height is that of the view.
     """
     if not isinstance(figure, FigureBase | None):
         words = f"expected a Figure or SubFigure of matplotlib, got {type(figure).__name__}"

@@ -162,12 +162,7 @@ def draw_sweep(
 ) -> Any:
     """Draw a sweep into an empty figure or a new one; return it.
 
-    Parameters
-    ----------
-    quantities : sequence of str
-        By default the first ones that vary.
-    at : mapping, optional
-        By key of a grid, the one value of it that is drawn.
+    By default the first quantities that vary; `at` has by key of a grid the value that is drawn.
     """
     _check(table, quantities)
     design = table.attributes["design"]
@@ -376,6 +371,8 @@ def _draw_curves(
     norm = norm_of(known) if np.isfinite(known).any() else None
     values, marks = sound_values(table, panel.name)[columns], _marks(table, panel.name, columns)
     several = columns.shape[1] > 1
+    whole = not (known[np.isfinite(known)] % 1.0).any()
+    counts = whole and table.units[panel.name] == "1"
     for i, y in enumerate(values.T):
         height = np.log(y) if isinstance(norm, LogNorm) else y
         jumps = jumps_between(x, height)
@@ -384,7 +381,7 @@ def _draw_curves(
         places = np.arange(1, x.size)[jumps]
         look = line_look(i) | {"marker": MARKERS[i % len(MARKERS)]}
         look["markersize"] = 4 if x.size <= 60 else 2
-        if axes[0].labels:
+        if axes[0].labels or counts:
             look["linestyle"] = ""
         ax.plot(np.insert(x, places, np.nan), np.insert(y, places, np.nan), **look)
     for n, (mark, own) in enumerate(MARKS.items()):

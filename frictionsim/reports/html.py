@@ -64,14 +64,7 @@ def html(block: Block) -> Html:
 
 
 def section(heading: str, *content: Block, name: str = "") -> Html:
-    """Return a section of a page with a heading; empty without content.
-
-    Parameters
-    ----------
-    *content : Block
-    name : str
-        Its id in the page.
-    """
+    """Return a section of a page with a heading, and its name as id; empty without content."""
     inner = "".join(map(html, content))
     if not inner:
         return Html()
@@ -158,14 +151,9 @@ LEVEL = 3  # of gzip: 6 takes three times as long for a page that is 3 % smaller
 
 
 def page(title: str, body: Html, data: Mapping[str, Any]) -> str:
-    """Return the HTML of a report.
+    """Return the HTML of a report; the title is as it is, not for HTML.
 
-    Parameters
-    ----------
-    title : str
-        As it is, not for HTML.
-    data : mapping
-        For the player, as JSON has it: "charts" are figures of Plotly by the id of their place.
+    The data are for the player: "charts" are figures of Plotly by the id of their place.
     """
     content = json.dumps(data, allow_nan=False, separators=(",", ":")).encode()
     return Template(_asset("page.html")).substitute(

@@ -89,11 +89,7 @@ Digits = Callable[[str, float], int]
 def digits_of(kind: str, scenario: str) -> Digits:
     """Return the digits of the quantities of a kind: few where the mesh of a belt makes them.
 
-    Parameters
-    ----------
-    kind : str
-    scenario : str
-        As TOML.
+    The scenario is in TOML.
     """
     if kind in KINDS and kind not in KINDS_WITH_MESH:
         return lambda name, value: DIGITS

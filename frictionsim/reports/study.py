@@ -57,15 +57,7 @@ def _study_page(
 
 
 def sweep_page(sweep: SweepTable, parts: Document, source: str) -> str:
-    """Return the HTML of the report of a sweep.
-
-    Parameters
-    ----------
-    parts : Document
-        Its summary.
-    source : str
-        Name of its file; empty if there is none.
-    """
+    """Return the report of a sweep as HTML, from its summary and the name of its file, if any."""
     title, *lines = parts
     # The head of the page names the file, and what was set.
     in_head = (f"sweep: {source}", set_line(sweep.attributes))
@@ -157,14 +149,9 @@ def _groups(heading: str, sweep: SweepTable, *names: str) -> Html:
 
 
 def cost_page(costs: CostTable, parts: Document, source: str) -> str:
-    """Return the HTML of the report of a cost study.
+    """Return the report of a cost study as HTML, from its summary and the name of its file, if any.
 
-    Parameters
-    ----------
-    parts : Document
-        Its summary: a title, its references, the table of its settings, its recommendations.
-    source : str
-        Name of its file; empty if there is none.
+    The summary is a title, the references, the table of settings, and recommendations.
     """
     title = f"{costs.title or costs.kind}: error against run time"
     failed = sum(row["status"] == "failed" for row in costs.rows)

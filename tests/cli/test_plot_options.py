@@ -88,7 +88,7 @@ def test_all_views_show_what_applies_to_them(told: Callable[..., tuple[str, str]
     views = ("response", "friction", "torque", "path", "mechanism")
     assert (out.split(), err) == ([f"g-{view}.svg" for view in views], "")
     assert "at 1 s" in Path("g-path.svg").read_text(encoding="utf-8")
-    assert "no single instant" in told("a.h5", "--view", "traction", "--time", "1", code=2)[1]
+    assert "does not take it" in told("a.h5", "--view", "traction", "--time", "1", code=2)[1]
 
 
 def test_a_sweep_has_the_size_and_style(told: Callable[..., tuple[str, str]], folder: Path) -> None:

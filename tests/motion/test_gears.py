@@ -1,6 +1,6 @@
 """Marble machine and epicyclic gear in motion, against formulas of their own."""
 
-from math import cos, pi, radians, sin
+from math import pi, radians
 from typing import Any
 
 import numpy as np
@@ -47,16 +47,11 @@ def test_slots_carry_marbles_on_the_rising_half(drawn: int) -> None:
     marbles = [part for part in marbles if part.visible is not None]
     pitch = 2.0 * pi / slots
     for i in range(len(TIMES)):
-        seen = [
-            point_of(part, i, part.shapes[0].x, part.shapes[0].y)
-            for part in marbles
-            if part.visible[i]
-        ]
-        delta = angle[i] % pitch
-        turns = delta + pitch * np.arange(slots // 2)
-        wanted = [complex(radius * sin(turn), -radius * cos(turn)) for turn in turns]
-        order = np.argsort([z.imag for z in seen])
-        assert np.array(seen)[order] == pytest.approx(np.array(wanted))
+        carried = [part for part in marbles if part.visible[i]]
+        seen = [point_of(part, i, part.shapes[0].x, part.shapes[0].y) for part in carried]
+        turns = angle[i] % pitch + pitch * np.arange(slots // 2)
+        wanted = -1j * radius * np.exp(1j * turns)
+        assert sorted(seen, key=lambda z: z.imag) == pytest.approx(wanted)
     # The pinion turns the other way, so that both rims have one speed where they touch.
     ratio = data["mechanism"]["gear_ratio"]
     azimuth = radians(data["mechanism"]["mesh_azimuth_deg"])
@@ -101,19 +96,9 @@ def test_the_planet_rolls_and_the_tracer_point_is_on_its_path(drawn: int, inside
         turn = radians(degrees) + turns * angle[i]
         wanted = length * np.exp(1j * angle[i]) + radius * np.exp(1j * turn)
         assert point_of(tracer, i, dot.x, dot.y) == pytest.approx(wanted, abs=1e-9)
-        # It is between two points of the path, which is curved there.
-        near = int(np.argmin(np.abs(traced - wanted)))
-        legs = np.abs(np.diff(traced[max(near - 1, 0) : near + 2]))
-        assert np.abs(traced - wanted).min() <= 0.51 * legs.max()
-        # It rolls: the point of the planet at the mesh stands still, and is on the sun.
         hub = point_of(body(animation, "planet"), i, 0.0, 0.0)
         assert hub == pytest.approx(length * np.exp(1j * angle[i]))
-    # It is a function of the angle alone, from the least to the largest.
-    ends = angle[[np.argmin(angle), np.argmax(angle)]]
-    bare = record_of("epicyclic", {"time": TIMES[:2], "angle": ends}, data)
-    (again,) = lines(motion(bare), "path of the tracer point")
-    assert np.array_equal(again.points, path.points)
-    phi = np.linspace(*ends, len(traced))
+    phi = np.linspace(angle.min(), angle.max(), len(traced))
     known = length * np.exp(1j * phi) + radius * np.exp(1j * (radians(degrees) + turns * phi))
     assert traced == pytest.approx(known, abs=1e-12)
     finest = 0.0501 / max(1.0, abs(turns)), np.ptp(angle) / 2990

@@ -102,7 +102,9 @@ def test_the_masses_are_where_their_velocities_take_them(name: str) -> None:
     assert (smaller > 1.0) == (name == LIFT)
     way = integral(number(animation, "car, velocity"), animation.time)
     assert smaller * (car.y - car.y[0]) == pytest.approx(way, abs=5e-3 * np.ptp(way))
-    if name == LIFT:  # the rope is never slack
+    slack = [one.value for one in animation.readouts if one.name == "rope of the car"]
+    assert any(value.any() for value in slack) == (name == SLACK_ROPE)
+    if name == LIFT:
         assert other.y - other.y[0] == pytest.approx(car.y[0] - car.y, abs=1e-12)
 
 

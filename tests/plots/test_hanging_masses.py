@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-import frictionsim as fs
 from frictionsim.results import Record
 from tests.support.records import draw, shown
-from tests.support.scenarios import pulley
 
 LIFT, SLACK_ROPE = "lift", "hard/lift_slack_rope"
 M1, M2, R, G = 783.0, 1023.0, 0.265, 9.81
@@ -115,20 +113,3 @@ def test_the_ratio_slips_at_the_limit_of_euler_and_eytelwein_with_the_rate_of_th
     assert slip[-1] > 1.0
     still = draw(solved("hard/lift_traction_limit"), "traction")
     assert [shaded for ax in still.axes for shaded in ax.patches] == []
-
-
-def test_limits_are_drawn_with_a_chosen_channel_and_without_masses() -> None:
-    (ax,) = draw(solved(LIFT), channels="drive_torque").axes
-    assert len([one for one in ax.lines if one.get_label().startswith("to ")]) == 2
-
-    data = pulley(
-        drive__force=None,
-        drive__torque={"time": [0.0, 1.0], "value": [0.0, 200.0]},
-        solver__duration=1.0,
-        solver__rtol=1e-6,
-    )
-    ax = panel(draw(fs.solve(data).record), "drive torque")
-    geometry, journal = data["mechanism"], data["effects"]["shaft_friction"]
-    radius = journal["shaft_radius"] * sin(atan(journal["mu_s"]))
-    wanted = geometry["load"] * (geometry["cord_radius"] + radius)
-    assert f"to lift: {wanted:.1f} N m" in {one.get_label() for one in ax.lines}

@@ -4,11 +4,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from frictionsim.results import Record
-from tests.support.belt_results import FOUR, belt_run
 from tests.support.records import draw, shown
 
 VIEW = {"pulley_return": "mechanism", "lift": "mechanism", "shaft": "friction_circle"}
@@ -57,59 +55,3 @@ def test_arrows_of_two_stills_of_a_run_are_on_one_scale(name: str) -> None:
         widths.append(figure.axes[1].get_xlim())
     assert per_newton[0] == pytest.approx(per_newton[1], rel=1e-9)
     assert widths[0] == pytest.approx(widths[1], rel=1e-9)
-
-
-def test_the_lever_arm_is_friction_torque_over_reaction() -> None:
-    record = shown("shaft")
-    k = int(np.searchsorted(record.time, 0.8))
-    figure = drawn(record, "friction_circle", time=float(record.time[k]))
-    lines = [
-        c.get_segments()[0]
-        for c in figure.axes[2].collections
-        if isinstance(c, LineCollection) and len(c.get_segments()) == 1
-    ]
-    arm = abs(record.channels["friction_torque"][k]) / record.channels["shaft_reaction"][k]
-    assert any(
-        np.allclose(line[0], 0.0) and np.hypot(*line[1]) == pytest.approx(arm) for line in lines
-    )
-
-
-def bars(ax: Any, colour: str) -> Any:
-    """Return feet and tips of the bars of a colour, (n, 2, 2), m."""
-    from matplotlib.colors import to_hex
-
-    found = [
-        np.array(c.get_segments())
-        for c in ax.collections
-        if isinstance(c, LineCollection)
-        and c.get_array() is None
-        and len(c.get_segments())
-        and to_hex(c.get_color()[0]) == colour
-        and c.get_linewidths()[0] == pytest.approx(1.4)
-    ]
-    return np.concatenate(found) if found else np.zeros((0, 2, 2))
-
-
-def test_a_belt_has_the_forces_on_its_bodies_as_bars_on_one_scale() -> None:
-    record = belt_run(FOUR, bodies=60, samples=41)
-    figure = drawn(record, "drive")
-    whole = figure.axes[1]
-    sizes = scale_bar(whole)
-    newtons = next(words for words in sizes if words.endswith(" N"))
-    scale = sizes[newtons] / float(newtons.split()[0])
-    normal = record.channels["normal_force"][-1]
-    lengths = np.hypot(*np.diff(bars(whole, "#0072b2"), axis=1)[:, 0].T) / scale
-    seen = normal[normal > 0.02 * normal.max()]
-    assert len(lengths) <= (normal > 0.0).sum()
-    assert np.sort(lengths)[-len(seen) // 2 :] == pytest.approx(
-        np.sort(seen)[-len(seen) // 2 :], rel=1e-6
-    )
-    centres = np.array([(p.x, p.y) for p in FOUR])
-    index = record.channels["pulley_index"][-1]
-    bodies = np.column_stack([record.channels[n][-1] for n in "xy"])[index >= 0]
-    on = centres[index[index >= 0].astype(int)]
-    for foot, tip in bars(whole, "#0072b2"):  # outward
-        k = int(np.argmin(np.hypot(*(bodies - foot).T)))
-        assert np.hypot(*(tip - on[k])) > np.hypot(*(foot - on[k]))
-    key = key_of(figure)
-    assert {"sticks on the pulley", "slips on the pulley", "normal force on the belt"} <= {*key}

@@ -1,8 +1,5 @@
 """Pictures of results: what stands in them, files that are written, options that are refused."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -18,25 +15,9 @@ from tests.support.records import (
     with_channels,
     words_of,
 )
-from tests.support.scenarios import shipped, simulate
+from tests.support.scenarios import shipped
 
 MAX_BYTES = 200_000  # of a picture, so that a page with several of them opens quickly
-
-
-def test_view_all_draws_each_view_that_has_channels_into_its_own_file(
-    told: Callable, here: Path
-) -> None:
-    gear = shipped("epicyclic", solver__duration=0.3, effects__tracer_point=None)
-    fs.Result(simulate(gear)).save(here / "gear.h5")
-    out, err = told("plot", "gear.h5", "--view", "all")
-    assert out.split() == [
-        f"gear-{view}.png" for view in ("response", "friction", "torque", "mechanism")
-    ]
-    assert all((here / name).is_file() for name in out.split())
-    assert "view skipped: cannot draw the view 'path'" in err
-    out, err = told("plot", "gear.h5", "--view", "path", code=2)
-    assert (out, "effects.tracer_point" in err) == ("", True)
-    assert not (here / "gear.png").exists()
 
 
 @pytest.mark.parametrize(
@@ -82,6 +63,17 @@ def test_sticking_and_events_are_labelled() -> None:
     assert {"sticking", "breakaway", "comes to rest", "0.5464 s", "5.134 s"} <= {*words}
 
 
+def test_times_of_close_events_are_in_two_rows_apart_and_the_legend_has_its_own_room() -> None:
+    record = shown("pulley_return")
+    names = ("time", "contact", "mode_from", "mode_to")
+    events = {name: np.repeat(record.events[name][:1], 4) for name in names}
+    events["time"] = np.array([1.0, 1.01, 1.02, 3.0])
+    figure = draw(record._replace(events=events))
+    times = [(text.get_text(), text.xyann[1]) for text in figure.axes[0].texts]  # type: ignore[attr-defined]
+    assert times == [("1 s", 2.0), ("1.01 s", 11.0), ("3 s", 2.0)]
+    assert figure.get_figheight() > 0.8 + 1.7 * len(figure.axes)
+
+
 def test_a_pulley_is_drawn_with_its_static_limits() -> None:
     figure = draw(shown("pulley"))
     words = words_of(figure)
@@ -103,6 +95,8 @@ def test_the_title_has_the_keys_that_were_set_with_their_units() -> None:
     changes = {"output.interval": 0.5, "effects.shaft_friction.law": "published"}
     result = fs.solve(shipped("pulley"), changes | {"solver.backend": "rkf45"})
     assert "interval = 0.5 s; law published; backend rkf45)" in words_of(fs.plot(result))
+    doubtful = result.record._replace(attributes=result.record.attributes | {"reason": "x"})
+    assert "backend rkf45; self-audit failed)" in words_of(draw(doubtful))
 
 
 def test_a_view_is_drawn_into_a_part_of_a_figure() -> None:

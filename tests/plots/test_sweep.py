@@ -98,6 +98,10 @@ def test_text_is_drawn_as_points_by_category_and_beside_a_number_as_curves() -> 
     assert down.get_ydata().tolist() == [-x for x in FIVE]
     assert up.get_linestyle() != down.get_linestyle()  # in grey
     assert legend_of(figure) == ["w = up", "w = down"]
+    counts = grid_of({"x": FIVE}, {"f": lambda x: np.floor(0.7 * x)})
+    assert lines_of(draw_sweep(counts).axes[0])[0].get_linestyle() == "-"  # N m, whole by chance
+    counts.units["f"] = "1"
+    assert lines_of(draw_sweep(counts).axes[0])[0].get_linestyle() == "None"
     (ax,) = draw_sweep(grid_of({"on": [False, True]}, {"f": lambda on: on * 1.0})).axes
     assert [label.get_text() for label in ax.get_xticklabels()] == ["false", "true"]
 

@@ -71,6 +71,7 @@ def test_a_report_has_title_status_summary_audit_scenario_origin_and_then_warnin
     body = html[html.index("<body>") :]
     assert body.count("<caption>") == body.count("<table>")
     assert "breakaway shaft stick slip +" in text
+    assert "weight of the load 2224 N" in text  # four digits
     html = html_of(pulley, warnings="first warning\nsecond warning")
     assert html.index("first warning") < html.index("second warning") < html.index('id="charts"')
 

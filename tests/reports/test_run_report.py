@@ -8,9 +8,9 @@ import pytest
 
 import frictionsim as fs
 from tests.support.belt_results import TWO, belt_run
-from tests.support.browser import opened, wait_until, without_scripts
+from tests.support.browser import opened, wait_until
 from tests.support.cases import slow
-from tests.support.html_elements import data_of, panels_of
+from tests.support.html_elements import panels_of
 from tests.support.scenarios import shipped
 
 WIDE, NARROW = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
@@ -93,7 +93,11 @@ def test_a_report_plays_seeks_marks_events_zooms_fits_its_window_and_prints(
                 assert value == pytest.approx(wanted, abs=1e-3 * size)
 
         page.keyboard.press("ArrowRight")
-        assert page.evaluate("frictionsim.time") > middle
+        after = page.evaluate("frictionsim.time")
+        assert after > middle
+        page.evaluate("frictionsim.show(frictionsim.time + 1e-6)")
+        page.keyboard.press("ArrowLeft")  # from between two samples
+        assert page.evaluate("frictionsim.time") == after
         if record.transitions:
             event = record.transitions[0]
             page.click(f"#events button[data-time='{event.time!r}']")
@@ -128,36 +132,18 @@ def test_a_comparison_has_both_drawings_on_one_clock(browser: Any, tmp_path: Pat
     report = fs.report(two, tmp_path / "two.html")
     lines = panels_of(report.read_text("utf-8"))["force on the cord, N"]
     assert len({line["line"]["color"] for line in lines}) == 2
-    assert [len(each["tracks"]) > 5 for each in data_of(report.read_text("utf-8"))["drawings"]] == [
-        True,
-        True,
-    ]
     with opened(browser, report, viewport=WIDE) as page:
         assert page.locator("#drawings > figure").count() == 2
-        before = page.evaluate("[...document.querySelectorAll('#m0 > g, #m1 > g')].length")
         page.evaluate("frictionsim.show(2.0)")
-        assert before > 4
         heads = page.locator("#key thead th").all_inner_texts()
         assert heads == ["load = 2224.1 N", "load = 2300 N"]
         # On one scale: the same box, and travels that are drawn as much smaller.
-        boxes = page.evaluate(
-            "[...document.querySelectorAll('#drawings svg.drawing[role]')].map("
-            "(one) => one.getAttribute('viewBox'))"
+        boxes = page.locator("#drawings svg.drawing[role]").evaluate_all(
+            "(all) => all.map((one) => one.getAttribute('viewBox'))"
         )
-        assert len(boxes) == 2
         assert boxes[0] == boxes[1]
-        rows = page.locator("#key tbody th").all_inner_texts()
-        assert len([words for words in rows if "travel drawn 1 :" in words]) == 1
         size = page.evaluate(ARROWS)
         assert size[0] * 2300.0 == pytest.approx(size[1] * 2224.1, rel=0.02)
-
-
-def test_without_scripts_the_tables_are_there(browser: Any, tmp_path: Path) -> None:
-    report = fs.report(fs.solve(shipped("pulley", solver__rtol=1e-6)), tmp_path / "a.html")
-    with without_scripts(browser, report) as page:
-        for words in ("force_to_lift", "energy_balance", "breakaway", "mu_s = 0.2"):
-            assert page.get_by_text(words).first.is_visible(), words
-        assert page.locator("noscript p").is_visible()
 
 
 HARM = "</script><script>window.harm = 1</script>\"'<img src=x onerror=alert(1)> %{y} <b>$x$</b>"

@@ -70,15 +70,6 @@ def opened(browser: Any, file: Path, **options: Any) -> Iterator[Any]:
         page.close()
 
 
-@contextmanager
-def without_scripts(browser: Any, file: Path) -> Iterator[Any]:
-    context = browser.new_context(java_script_enabled=False)
-    page = context.new_page()
-    page.goto(file.as_uri())
-    yield page
-    context.close()
-
-
 def check_sorting(page: Any, table: str, column: str, values: list[Any]) -> None:
     """Sort a table by a column with the keyboard, both ways, and check its values."""
     shown = f"""[...document.querySelectorAll("{table} tbody tr")].map((row) =>
