@@ -47,44 +47,32 @@ ABSOLUTE_ERROR_LIMIT = 1e-8
 def audit(
     mechanism: "Mechanism", samples: "Samples", settings: "SolverSettings", steps: int
 ) -> dict[str, Check]:
-    """Return the checks that apply, by name.
+    """Return the checks that apply, by name, of a run of so many steps.
 
     All are relative, but for the drift and the distance beyond a stop, in the coordinate's unit.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-    samples : Samples
-    settings : SolverSettings
-    steps : int
-        Their number so far.
-
-    Returns
-    -------
-    dict of Check by name
-        Of a run that stopped early they are those of the samples that it has.
     """
     errors = max(ENERGY_ERROR_PER_RTOL, ENERGY_ERROR_PER_STEP * steps)
     limit = min(errors * settings.rtol + ROUNDING, MAX_ENERGY_ERROR)
     atol = settings.atol * mechanism.tolerance_share
     checks = {"energy_balance": Check(energy_residual(mechanism, samples, limit, atol), limit)}
-    frictions = [c for c in mechanism.contacts if c.backward]
-    impacts = "energy_impact" in mechanism.energies
     # Regularised friction creeps instead of sticking; the friction checks do not apply.
-    if frictions and mechanism.law != methods.REGULARISED:
+    frictions = [
+        c for c in mechanism.contacts if c.backward and mechanism.law != methods.REGULARISED
+    ]
+    impacts = "energy_impact" in mechanism.energies
+    free = [c for c in frictions if not (mechanism.prescribed and c.velocity == GIVEN)]
+    if frictions:
         carries = mechanism.law == methods.SET_VALUED
-        free = [c for c in frictions if not (mechanism.prescribed and c.velocity == GIVEN)]
         worst = max(friction_violation(samples, c, carries and c in free) for c in frictions)
         checks["friction_law"] = Check(worst, ROUNDING)
-        power = max(driving_power(samples, c, atol) for c in frictions)
-        checks["dissipation_sign"] = Check(max(power, _gain(samples) if impacts else 0.0), 0.0)
+    if frictions or (impacts and mechanism.contacts):
+        powers = [driving_power(samples, c, atol) for c in frictions]
+        powers += [_gain(samples)] if impacts else []
+        checks["dissipation_sign"] = Check(max(powers), 0.0)
         checks["stick_drift"] = Check(max(drift(samples, c) for c in mechanism.contacts), 0.0)
-        if methods.METHODS[settings.backend].locates_events and free:
-            distance = release_distance(samples, free, settings.duration)
-            checks["release"] = Check(distance, RELEASE_DISTANCE)
-    elif impacts and mechanism.contacts:
-        checks["dissipation_sign"] = Check(_gain(samples), 0.0)
-        checks["stick_drift"] = Check(max(drift(samples, c) for c in mechanism.contacts), 0.0)
+    if free and methods.METHODS[settings.backend].locates_events:
+        distance = release_distance(samples, free, settings.duration)
+        checks["release"] = Check(distance, RELEASE_DISTANCE)
     stops = mechanism.system.stops
     if stops is not None:
         angle = samples["angle"]
@@ -172,10 +160,7 @@ def drift(samples: "Samples", contact: "ContactColumns") -> float:
 
 
 def impact_violation(samples: "Samples", stops: Any) -> float:
-    """Return the largest error of the energy after an impact on a stop.
-
-    It is relative to the largest energy before an impact.
-    """
+    """Return the largest error of the energy after an impact, relative to that before one."""
     hits = np.array([e.contact == STOP for e in samples.transitions], dtype=bool)
     before = np.abs(samples.before["angular_velocity"][hits])
     after = samples.after["angular_velocity"][hits]
@@ -186,8 +171,7 @@ def impact_violation(samples: "Samples", stops: Any) -> float:
     return float(np.max(np.abs((after / largest) ** 2 - (rebound / largest) ** 2)))
 
 
-def leaves_stick(event: "Transition") -> bool:
-    """Return whether a contact breaks away at an event."""
+def _breaks_away(event: "Transition") -> bool:
     return event.mode_from == STICK and event.mode_to != STICK and event.contact != STOP
 
 
@@ -202,7 +186,7 @@ def release_distance(samples: "Samples", frictions: list["ContactColumns"], end:
     columns, worst = {c.name: c for c in frictions}, 0.0
     apart = 2.0 * SAME_TIME_ULPS * ulp(end)
     for i, event in enumerate(samples.transitions):
-        if not leaves_stick(event) or event.contact not in columns:
+        if not _breaks_away(event) or event.contact not in columns:
             continue
         contact = columns[event.contact]
         others_turn = [_turns(samples.before, c, i) for c in frictions if c is not contact]
@@ -214,7 +198,7 @@ def release_distance(samples: "Samples", frictions: list["ContactColumns"], end:
         others = [e for e in samples.transitions if e.contact != event.contact]
         jumps = before >= 0.0 >= after
         if event.time == 0.0:
-            is_alone = not any(leaves_stick(e) and e.time == 0.0 for e in others)
+            is_alone = not any(_breaks_away(e) and e.time == 0.0 for e in others)
             worst = max(worst, after if is_alone else 0.0)
         elif jumps or any(abs(e.time - event.time) <= apart for e in others):
             worst = max(worst, min(abs(before), max(after, 0.0)))

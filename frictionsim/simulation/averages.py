@@ -26,13 +26,8 @@ def last_part(time: "Array") -> "npt.NDArray[np.bool_]":
 def last_periods(time: "Array", to_go: "Array") -> int:
     """Return how many whole periods the means of a motion are over, ending with the run.
 
-    Those that fit in the last fifth; else one, if it fits after the start; else none.
-
-    Parameters
-    ----------
-    time : (n,), s
-    to_go : (n,)
-        Periods from each sample to the end.
+    Those that fit in the last fifth; else one, if it fits after the start; else none. `to_go` has
+    the periods from each sample to the end.
     """
     fit = int(np.max(to_go[last_part(time)]) + ROUNDING)
     return fit or min(1, fitting_periods(time, to_go))
@@ -50,17 +45,7 @@ def last_seconds(time: "Array", duration: float) -> "npt.NDArray[np.bool_]":
 
 
 def time_mean(time: "Array", values: "Array") -> Any:
-    """Return the mean over time by the trapezoidal rule.
-
-    Parameters
-    ----------
-    time : (n,), s
-    values : (n, ...)
-
-    Returns
-    -------
-    (...)
-    """
+    """Return the mean over time, (n,) in s, of values (n, ...) by the trapezoidal rule."""
     if len(time) < 2 or time[-1] == time[0]:
         return values.mean(axis=0)
     return np.tensordot(np.diff(time), 0.5 * (values[1:] + values[:-1]), 1) / (time[-1] - time[0])
@@ -72,15 +57,6 @@ def smooth_mean(time: "Array", values: "Array") -> Any:
     The plain mean of a ripple of amplitude a and frequency f over a time T is off by up to
     a/(pi f T): parts of a period are left over. With these weights, of Hann, it is off by
     a/(pi (f T)^3). The mean of what changes linearly is the same.
-
-    Parameters
-    ----------
-    time : (n,), s
-    values : (n, ...)
-
-    Returns
-    -------
-    (...)
     """
     if len(time) < MIN_SMOOTH or time[-1] == time[0]:
         return time_mean(time, values)

@@ -1,6 +1,8 @@
 """The scenario of each combination of values."""
 
 from collections.abc import Sequence
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -66,9 +68,7 @@ class Combinations:
         overrides = {key: values[number] for key, number in self._numbers.items()}
         paths = apply_overrides(self._changed, overrides)[0]
         for (*above, last), number in zip(paths, self._numbers.values(), strict=True):
-            table: Any = self._changed
-            for key in above:
-                table = table[key]
+            table: Any = reduce(getitem, above, self._changed)
             self._places.append((table, last, number))
 
     def _validated(self, values: Sequence[Any]) -> Scenario:
@@ -103,6 +103,4 @@ def _copied(value: Any) -> Any:
     """Return a copy of nested dicts and lists; `deepcopy` takes three times as long."""
     if isinstance(value, dict):
         return {key: _copied(inner) for key, inner in value.items()}
-    if isinstance(value, list):
-        return [_copied(inner) if isinstance(inner, list | dict) else inner for inner in value]
-    return value
+    return [_copied(inner) for inner in value] if isinstance(value, list) else value

@@ -12,23 +12,12 @@ from frictionsim.errors import BudgetExceeded, Interrupted
 
 
 class SweepProgress(NamedTuple):
-    """How far a sweep is.
+    """How far a sweep is, in numbers of runs."""
 
-    Attributes
-    ----------
-    done : int
-        Number of runs that have an outcome, whatever it is.
-    total : int
-    failed : int
-        Of those that are done.
-    checked : int
-        Number of combinations that were validated; before the runs begin, all are.
-    """
-
-    done: int
+    done: int  # with an outcome, whatever it is
     total: int
-    failed: int
-    checked: int
+    failed: int  # of those that are done
+    checked: int  # whose values were validated; before the runs begin, all are
 
 
 Progress = TypeVar("Progress", float, int, SweepProgress)
@@ -98,18 +87,9 @@ def compilation_text(expected: float) -> str:
 
 
 class WallTimeLimit(RunMonitor):
-    """Stops a run at a wall-time limit.
+    """Stops a run at a limit of its wall time, s, that counts from a reading of `perf_counter`.
 
-    Parameters
-    ----------
-    seconds : float, s
-        The limit.
-    duration : float, s
-        Duration of the simulation, for the message.
-    advice : str
-        What helps where the limit is reached, for the message.
-    since : float, optional, s
-        When it begins to count, as of `perf_counter`; by default with the construction.
+    Duration of the simulation, s, and advice are for the message.
     """
 
     def __init__(
@@ -122,12 +102,10 @@ class WallTimeLimit(RunMonitor):
         logging.getLogger(__name__).debug("limit: %g s of wall time", seconds)
 
     def __call__(self, t: float, /) -> None:
-        """Check the clock."""
         if perf_counter() >= self._end:
             raise self._exceeded(f"at t = {t:.9g} s of {self._duration:.9g} s; {self._advice}")
 
     def compiling(self, expected: float) -> AbstractContextManager[None]:
-        """Check the clock before kernels are compiled, which takes seconds."""
         if perf_counter() >= self._end:
             raise self._exceeded(
                 "before kernels were compiled; raise the limit, or compile them with 'frictionsim"
@@ -165,7 +143,6 @@ class StopSignals(RunMonitor):
         self.restore()
 
     def __call__(self, t: float, /) -> None:
-        """Stop the run after a signal."""
         if self.received:
             raise Interrupted(self.received, t)
 

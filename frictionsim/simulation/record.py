@@ -71,18 +71,12 @@ def stored_type(channel: "Channel") -> Any:
     """Return the numpy type that a result file has for a channel."""
     if not channel.integer:
         return np.float64
-    return np.int8 if _is_small(channel) else np.int32
+    fits_a_byte = channel.flags and all(abs(value) < 128 for value, _ in channel.flags)
+    return np.int8 if fits_a_byte else np.int32
 
 
 def _typed(channel: "Channel", values: Any) -> Any:
-    if not channel.integer:
-        return values
-    return np.asarray(values).astype(stored_type(channel))
-
-
-def _is_small(channel: "Channel") -> bool:
-    """Return whether the values of a channel are known to fit into a byte."""
-    return bool(channel.flags) and all(abs(value) < 128 for value, _ in channel.flags)
+    return np.asarray(values).astype(stored_type(channel)) if channel.integer else values
 
 
 def _events(
@@ -110,20 +104,10 @@ def _events(
 
 
 def with_jumps(result: Record, name: str) -> tuple[Any, Any]:
-    """Return the samples of a channel for a line with gaps at its jumps.
+    """Return times and samples of a channel for a line with gaps at its jumps.
 
-    Parameters
-    ----------
-    result : Record
-    name : str
-        The channel.
-
-    Returns
-    -------
-    time, values : (n,)
-        With both sides of each jump, and NaN between them; and the recorded value at each other
-        event that has no sample. A channel of flags, such as a mode, with both values where it
-        changes.
+    They have both sides of each jump, and NaN between them; and the recorded value at each other
+    event that has no sample. A channel of flags, such as a mode, has both values where it changes.
     """
     values = np.asarray(result.channels[name], dtype=float)
     if name in result.flags and values.ndim == 1:
@@ -151,16 +135,7 @@ def _with_steps(result: Record, time: Any, values: Any) -> tuple[Any, Any]:
 
 
 def insert_jumps(result: Record, name: str, time: Any, values: Any) -> tuple[Any, Any]:
-    """Return samples of a channel with its recorded values at events, as `with_jumps`.
-
-    Parameters
-    ----------
-    result : Record
-    name : str
-        The channel.
-    time, values : (n,) of float
-        Its samples, or some of them in their order.
-    """
+    """Return samples of a channel, or some of them, with its values at events, as `with_jumps`."""
     if name == "angle" and "angle" in result.events:
         return _with_values(result, time, values, np.asarray(result.events["angle"], dtype=float))
     sides = [result.events.get(f"{name}_{side}") for side in ("before", "after")]
@@ -182,15 +157,7 @@ def insert_jumps(result: Record, name: str, time: Any, values: Any) -> tuple[Any
 
 
 def _with_values(result: Record, time: Any, values: Any, at_events: Any) -> tuple[Any, Any]:
-    """Return samples with the values at those events where the result has none.
-
-    Parameters
-    ----------
-    result : Record
-    time, values : (n,) of float
-    at_events : (events,) of float
-        NaN is left out.
-    """
+    """Return samples with the values, but for NaN, at those events where the result has none."""
     every = np.asarray(result.channels["time"])
     events = np.asarray(result.events["time"])
     if not len(every):
@@ -247,13 +214,8 @@ def _event_label(contact: str, before: float, after: float, named: bool) -> str:
     if before == after:
         return contact
     if named or contact in OTHER_MODES:
-        return f"{contact}: {_slip_change(before, after)}"
+        change = STICKS if after == STICK else SLIPS if before == STICK else REVERSAL
+        return f"{contact}: {change}"
     if after == 0:
         return REST
     return BREAKAWAY if before == 0 else REVERSAL
-
-
-def _slip_change(before: float, after: float) -> str:
-    if after == STICK:
-        return STICKS
-    return SLIPS if before == STICK else REVERSAL

@@ -16,7 +16,7 @@ from frictionsim.errors import (
     SolverError,
     overflow_refused,
 )
-from frictionsim.results import MODES, Record, SolverStatistics, defined, failures
+from frictionsim.results import Record, SolverStatistics, defined, failures
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.methods import METHODS
 from frictionsim.simulation.checkpoint import require_array, require_same_arrays
@@ -39,8 +39,7 @@ CLOCKS = "solving", "compiling"
 PAUSE = 20.0  # at least, between two checkpoints, in the time that the first took
 
 
-def log_scenario(scenario: "Scenario") -> None:
-    """Log the scenario and its settings."""
+def _log_scenario(scenario: "Scenario") -> None:
     solver = scenario.solver
     LOG.info(
         "scenario %s: kind %s, effects %s, law %s, backend %s",
@@ -55,13 +54,10 @@ def log_scenario(scenario: "Scenario") -> None:
     LOG.debug("limit: %d steps", solver.max_steps)
 
 
-def log_end(run: "Record") -> None:
-    """Log how a run ended."""
+def _log_end(run: Record) -> None:
     if LOG.isEnabledFor(logging.DEBUG):
-        modes = dict(MODES)
         for e in run.transitions:
-            before, after = modes[e.mode_from], modes[e.mode_to]
-            LOG.debug("event at t = %.9g s: %s from %s to %s", e.time, e.contact, before, after)
+            LOG.debug("event at t = %.9g s: %s from %s to %s", e.time, e.contact, *e.words)
         for name, check in run.checks.items():
             LOG.debug("audit %s: %.3g, limit %.3g", name, check.value, check.limit)
     statistics = run.statistics
@@ -90,8 +86,6 @@ class RunSummary(NamedTuple):
 
 
 class _Termination(NamedTuple):
-    """How a run ended."""
-
     status: str = "done"
     reason: str = ""
     failure: str = ""
@@ -131,13 +125,16 @@ def run(
     Record
         If the run failed or was interrupted, with the samples up to that time.
     """
-    limited = scenario if max_steps is None else _with_limit(scenario, max_steps)
-    log_scenario(limited)
+    limited = scenario
+    if max_steps is not None:
+        solver = scenario.solver.model_copy(update={"max_steps": max_steps})
+        limited = scenario.model_copy(update={"solver": solver})
+    _log_scenario(limited)
     one = _Run(scenario, checkpoint, limited)
     if sample_times is not None:
         one.simulation.sample_at(sample_times)
     record = one.record(one.solve(on_step, on_checkpoint))
-    log_end(record)
+    _log_end(record)
     return record
 
 
@@ -148,12 +145,6 @@ def summary_of_run(scenario: "Scenario", monitor: RunMonitor) -> RunSummary:
     status, reason, failure, _ = _judged(outcome, data)
     warnings, quantities = _warnings(scenario, data), defined(data.quantities)
     return RunSummary(status, reason, failure, warnings, quantities, not failures(data.checks))
-
-
-def _with_limit(scenario: "Scenario", max_steps: int) -> "Scenario":
-    """Return a scenario with another limit of steps."""
-    solver = scenario.solver.model_copy(update={"max_steps": max_steps})
-    return scenario.model_copy(update={"solver": solver})
 
 
 class _Run:
@@ -199,7 +190,6 @@ class _Run:
         return state | {f"clock.{name}": np.array(getattr(self, name)) for name in CLOCKS}
 
     def solve(self, on_step: OnStep, on_checkpoint: OnCheckpoint | None = None) -> _Termination:
-        """Integrate to the end; see `run`."""
         step = self._watched(on_step, on_checkpoint)
         try:
             # A signal or a limit ends a compilation, and all, at once.

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from frictionsim.errors import Chattering
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
-from frictionsim.solvers.loop import Loop, State, may_dip, sign, smooth_step
+from frictionsim.solvers.loop import Loop, State, may_pass_zero, sign, smooth_step
 from frictionsim.solvers.modes import KEEPS, REFINDS, Modes, consistent, holds
 from frictionsim.solvers.rkf45 import Step
 from frictionsim.solvers.roots import bracket_root
@@ -35,9 +35,7 @@ CHATTERING_EVENTS, CHATTERING_WINDOW = 100, 1e-6
 # ignored: rounding would give the body as much speed as an impact takes.
 HIDDEN_ULPS = 16.0
 MAX_IMPACTS = 100  # of ropes that become taut at one time: each leaves less of what is to close
-LEAVES_STOP = (
-    2  # instead of the direction in which a stop is hit: a body without friction leaves it
-)
+LEAVES_STOP = 2  # in the place of the direction in which a stop is hit: a body leaves it
 
 
 class Change(NamedTuple):
@@ -136,7 +134,7 @@ class Events(Loop):
         """
         # What moves from rest may be slowed down at first by the roundoff of the limit at which it
         # gave way.
-        if s * step.y[c] > 0.0 and not may_dip(step, c, s):
+        if s * step.y[c] > 0.0 and not may_pass_zero(step, c, s):
             return inf
         return self._located_zero(step, modes, c, s)
 
@@ -199,7 +197,7 @@ class Events(Loop):
                     change, span = NEVER, slice(k - 1, k + 2)
                     if values[k] + margins[k][i][2] < 0.0:
                         change = self._release(step, modes, which, times[k - 1], times[k])
-                    elif times[k] < step.t and _may_dip(times[span], values[span]):
+                    elif times[k] < step.t and _may_be_used_up(times[span], values[span]):
                         lowest = self._lowest(step, modes, which, times[k - 1], times[k + 1])
                         if lowest < inf:
                             change = self._release(step, modes, which, times[k - 1], lowest)
@@ -315,9 +313,9 @@ class Events(Loop):
         if len(changes) > CHATTERING_EVENTS and within < CHATTERING_WINDOW * min(1.0, self.end):
             contacts = [contact.name for contact in self.system.contacts]
             what = f"the contact '{contacts[0]}' changed its mode"
-            advice = "check whether the drive changes too fast"
-            if len(contacts) != 1:
+            if contacts[1:]:
                 what = "the contacts changed their modes"
+            advice = "check whether the drive changes too fast"
             if self.system.stops is not None:
                 advice += ", or give a larger effects.end_stops.capture_speed"
             raise Chattering(
@@ -371,7 +369,7 @@ class Events(Loop):
         return rebound
 
 
-def _may_dip(times: list[float], margins: list[float]) -> bool:
+def _may_be_used_up(times: list[float], margins: list[float]) -> bool:
     """Return whether a margin, positive at three times, may be used up about the middle one.
 
     The times are unevenly spaced: a minimum may be far below the value in the middle where one of

@@ -27,7 +27,7 @@ from typing import Any
 from frictionsim.errors import Chattering
 from frictionsim.results import BACKWARD, FORWARD, STICK
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve
-from frictionsim.solvers.loop import Loop, State, may_dip, sign, smooth_step
+from frictionsim.solvers.loop import Loop, State, may_pass_zero, sign, smooth_step
 from frictionsim.solvers.rkf45 import Tolerances
 from frictionsim.solvers.roots import bracket_root
 from frictionsim.solvers.system import OneCoordinate
@@ -209,7 +209,7 @@ def _time_of_possible_rest(step: Any, s: int) -> float:
 
     The cubic through both ends has its minimum about where the velocity has.
     """
-    if not (s * step.y[1] > 0.0 and may_dip(step, 1, s)):
+    if not (s * step.y[1] > 0.0 and may_pass_zero(step, 1, s)):
         return inf
     h = step.t - step.t_old
     v_old, v, a_old, a = s * step.y_old[1], s * step.y[1], s * step.k_old[1], s * step.k[1]

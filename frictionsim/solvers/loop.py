@@ -23,7 +23,7 @@ def sign(x: float) -> int:
     return (x > 0.0) - (x < 0.0)
 
 
-def may_dip(step: Any, c: int, s: int) -> bool:
+def may_pass_zero(step: Any, c: int, s: int) -> bool:
     """Return whether number c of the state, of sign s at both ends of a step, may be zero within.
 
     One that falls at first and rises at the end stays above the meeting of its tangents.
@@ -35,39 +35,18 @@ def may_dip(step: Any, c: int, s: int) -> bool:
 
 
 class State(NamedTuple):
-    """All that a run needs to continue.
-
-    Attributes
-    ----------
-    t : float, s
-    y : list of float
-        Positions, velocities, energies.
-    modes : list of int, (contacts,)
-    now : list of int, (contacts,)
-        The modes that begin at t, `KEEPS` for no change, `REFINDS` if they are to be found.
-    held : float, s
-        The last time at which the contacts held that are released at t.
-    at_stop : int
-        The direction in which an end stop is hit at t, or `LEAVES_STOP`; 0 for none.
-    step : Step
-    segment : float, s
-        Up to which the equations are smooth.
-    samples : int
-        Their number so far.
-    changes : list of float, s
-        Times of the last changes.
-    """
+    """All that a run needs to continue; times in s."""
 
     t: float
-    y: list[float]
+    y: list[float]  # positions, velocities, energies
     modes: Modes
-    now: Modes
-    held: float
-    at_stop: int
+    now: Modes  # that begin at t; `KEEPS` for no change, `REFINDS` if they are to be found
+    held: float  # the last time at which the contacts held that are released at t
+    at_stop: int  # the direction in which an end stop is hit at t, or `LEAVES_STOP`; 0 for none
     step: Step
-    segment: float
-    samples: int
-    changes: list[float]
+    segment: float  # up to which the equations are smooth
+    samples: int  # their number so far
+    changes: list[float]  # times of the last changes
 
 
 class Loop:

@@ -88,12 +88,12 @@ def consistent(system: Any, t: float, y: list[float], before: Modes, now: Modes)
 
 def _within_limits(system: Any, t: float, y: list[float], modes: Modes) -> list[int]:
     """Return which contacts hold in these modes, by forces within their limits."""
-    margins = system.margins(t, y, modes)
-    return [
-        i
-        for i, (mode, (forward, backward, roundoff)) in enumerate(zip(modes, margins, strict=True))
-        if holds(mode) and forward >= -roundoff and (mode == TAUT or backward >= -roundoff)
-    ]
+    margins = enumerate(zip(modes, system.margins(t, y, modes), strict=True))
+    return [i for i, (mode, margin) in margins if holds(mode) and not _beyond(mode, *margin)]
+
+
+def _beyond(mode: int, forward: float, backward: float, roundoff: float) -> bool:
+    return forward < -roundoff or (mode == STICK and backward < -roundoff)
 
 
 def _by_holding(some: list[Any], sure: tuple[dict[int, int], ...]) -> Iterator[Any]:
@@ -110,9 +110,9 @@ def _is_consistent(
     n = system.coordinates
     margins, k = system.margins(t, y, modes), system.rates(t, y, modes)
     for i, mode in enumerate(modes):
-        c, (forward, backward, roundoff) = system.contacts[i].coordinate, margins[i]
+        c = system.contacts[i].coordinate
         if holds(mode):
-            if forward < -roundoff or (mode == STICK and backward < -roundoff):
+            if _beyond(mode, *margins[i]):
                 return False
         elif y[n + c] != 0.0 or (mode == SLACK and y[c] > 0.0) or i in sure:
             continue

@@ -55,21 +55,15 @@ class OneAtSpeed(OneCoordinate):
 
     Its drive is what acts besides. A kinetic limit that depends on the load gets inertia dv/dt, the
     sum of all torques, as `applied`. Parameters are the velocity and those of `OneCoordinate`.
-
-    Attributes
-    ----------
-    segment : Segment
-        Of the velocity; `PrescribedEvents` gives it.
-    turns : str
-        Name of the event of a change of direction.
     """
 
-    segment = Segment()
+    segment = Segment()  # of the velocity; `PrescribedEvents` gives it
 
     def __init__(self, velocity: Signal, *others: Any, **keywords: Any) -> None:
         super().__init__(*others, **keywords)
         # A segment ends at rest; a step that ends just before would have no direction.
         self.velocity, self.surfaces = velocity, in_motion(self.surfaces, 1)
+        # Name of the event of a change of direction.
         self.turns = DRIVE if self.friction is None else self.friction.name
         self.contacts = ()
 
@@ -111,17 +105,10 @@ class PrescribedEvents(Events):
     """Events of the contacts of other coordinates, while the velocity of the first is given.
 
     Modes are found anew where a segment of the velocity begins: its acceleration may jump there.
-
-    Parameters
-    ----------
-    system : System
-        With `velocity`, `segment` and `turns`, as of `OneAtSpeed`.
-    others
-        As of `Loop`.
+    The system has `velocity`, `segment` and `turns`, as of `OneAtSpeed`.
     """
 
     def begun(self, state: State) -> State:
-        """Return the state in the modes at its time; record a change of direction."""
         system, t, step, end = self.system, state.t, state.step, state.segment
         before = system.segment = Segment.of(system.velocity, step.t_old, end)
         if t >= end and t < self.end:

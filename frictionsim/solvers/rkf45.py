@@ -20,10 +20,6 @@ A51, A52, A53, A54 = 439 / 216, -8.0, 3680 / 513, -845 / 4104
 A61, A62, A63, A64, A65 = -8 / 27, 2.0, -3544 / 2565, 1859 / 4104, -11 / 40
 B1, B3, B4, B5, B6 = 16 / 135, 6656 / 12825, 28561 / 56430, -9 / 50, 2 / 55
 E1, E3, E4, E5, E6 = 1 / 360, -128 / 4275, -2197 / 75240, 1 / 50, 2 / 55  # order 5 - order 4
-STAGES = (
-    *((C2, (A21,)), (C3, (A31, A32)), (C4, (A41, A42, A43))),
-    *((1.0, (A51, A52, A53, A54)), (C6, (A61, A62, A63, A64, A65))),
-)
 
 SAFETY = 0.9  # Hairer, Norsett, Wanner 1993, II.4
 MIN_FACTOR, MAX_FACTOR = 0.2, 5.0  # ibid.
@@ -68,32 +64,16 @@ def next_step_size(
 
 
 class Tolerances(NamedTuple):
-    """What decides the lengths of steps.
-
-    Attributes
-    ----------
-    rtol, atol : float
-        An error e of a number y is allowed up to atol + rtol |y|.
-    max_step : float, s
-    fixed_step : float, s
-        0 for steps that adapt.
-    max_steps : int
-        Trials, accepted or not, after the first `granted`.
-    granted : int
-    jump_ulps : float
-        A step of this number of units in the last place of the time is accepted whatever its error.
-    subject, budget_advice : str
-        For messages: "the motion on the contact 'shaft'".
-    """
+    """What decides the lengths of steps: an error of a number y is at most atol + rtol |y|."""
 
     rtol: float
     atol: float
-    max_step: float = inf
-    fixed_step: float = 0.0
-    max_steps: int = UNLIMITED
+    max_step: float = inf  # s
+    fixed_step: float = 0.0  # s; 0 for steps that adapt
+    max_steps: int = UNLIMITED  # trials, accepted or not, after the first `granted`
     granted: int = 0
-    jump_ulps: float = 0.0
-    subject: str = "the motion"
+    jump_ulps: float = 0.0  # of the time: a step so short is accepted whatever its error
+    subject: str = "the motion"  # for messages, as is the advice
     budget_advice: str = ""
 
     def error(
@@ -114,19 +94,7 @@ class Tolerances(NamedTuple):
 
 
 class Step(NamedTuple):
-    """The last step of y' = k(t, y), from t_old to t, and what the next begins with.
-
-    Attributes
-    ----------
-    t_old, y_old, k_old, t, y, k
-        Time, s, state and its derivative at both ends.
-    length : float, s
-        Planned for the next step.
-    error : float
-        Of this one, relative to what is allowed.
-    taken, rejected, evaluations : int
-        Numbers since the start of the run.
-    """
+    """The last step of y' = k(t, y), from t_old to t, and what the next begins with; times in s."""
 
     t_old: float
     y_old: list[float]
@@ -134,9 +102,9 @@ class Step(NamedTuple):
     t: float
     y: list[float]
     k: list[float]
-    length: float
-    error: float
-    taken: int
+    length: float  # planned for the next step
+    error: float  # of this one, relative to what is allowed
+    taken: int  # since the start of the run, as the next two
     rejected: int
     evaluations: int
 
@@ -314,14 +282,23 @@ def _stages(
     """
     if system.coordinates == 1:
         return _stages_of_one(system.rates, modes, t, y, k1, h)
-    k = [k1]
-    for node, weights in STAGES:
-        at = y[: 2 * system.coordinates]
-        for weight, slopes in zip(weights, k):
-            a = h * weight
-            at = [x + a * slope for x, slope in zip(at, slopes)]
-        k.append(system.rates(t + node * h, at, modes))
-    return k[2], k[3], k[4], k[5]
+    rates, motion = system.rates, y[: 2 * system.coordinates]
+    a1 = h * A21
+    k2 = rates(t + C2 * h, [x + a1 * a for x, a in zip(motion, k1)], modes)
+    a1, a2 = h * A31, h * A32
+    k3 = rates(t + C3 * h, [x + a1 * a + a2 * b for x, a, b in zip(motion, k1, k2)], modes)
+    a1, a2, a3 = h * A41, h * A42, h * A43
+    at = [x + a1 * a + a2 * b + a3 * c for x, a, b, c in zip(motion, k1, k2, k3)]
+    k4 = rates(t + C4 * h, at, modes)
+    a1, a2, a3, a4 = h * A51, h * A52, h * A53, h * A54
+    at = [x + a1 * a + a2 * b + a3 * c + a4 * d for x, a, b, c, d in zip(motion, k1, k2, k3, k4)]
+    k5 = rates(t + h, at, modes)
+    a1, a2, a3, a4, a5 = h * A61, h * A62, h * A63, h * A64, h * A65
+    at = [
+        x + a1 * a + a2 * b + a3 * c + a4 * d + a5 * e
+        for x, a, b, c, d, e in zip(motion, k1, k2, k3, k4, k5)
+    ]
+    return k3, k4, k5, rates(t + C6 * h, at, modes)
 
 
 def _stages_of_one(

@@ -427,7 +427,10 @@ class OneCoordinate:
 
     def potential(self, q: float) -> float:
         """Return the potential energy, J."""
-        return sum([potential(q) for potential in self._potentials], start=0.0)
+        energy = 0.0
+        for potential in self._potentials:
+            energy += potential(q)
+        return energy
 
     def kinetic_and_supplied(self, y: list[float]) -> tuple[float, float]:
         released = abs(self.potential(y[0]) - self._potential_at_start)
