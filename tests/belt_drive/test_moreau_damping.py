@@ -55,19 +55,6 @@ def test_the_implicit_solution_is_of_second_order(name: str) -> None:
     assert distance(ends[-1], exact) == pytest.approx(errors[-1] / 3.0, rel=0.1)
 
 
-@pytest.mark.usefixtures("uncompiled")
-def test_without_the_effect_it_is_as_without_friction() -> None:
-    solver = {"backend": "moreau", "duration": 5e-4, "step": 6.4e-5}
-    ends = [
-        stepped({**damped(effects__belt_friction=friction), "solver": solver}, kick(GENTLY))
-        for friction in (None, NO_FRICTION)
-    ]
-    assert all(solves_for_dampers(end) for end in ends)
-    width = ends[0].model.belt.width
-    state, expected = (end.state[: 6 * width] for end in ends)
-    np.testing.assert_allclose(state, expected, rtol=1e-12, atol=1e-12)
-
-
 def test_through_switches_it_is_of_first_order_at_least() -> None:
     data = {**damped(), "solver": {"backend": "moreau", "duration": SHORT}}
     slopes = orders(data, halved(6.4e-5, 4), "step", kick(0.2))
