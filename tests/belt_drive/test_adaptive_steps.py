@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from frictionsim.results import Record
 from frictionsim.solvers import rkf45 as rkf
-from tests.support.belt_kernels import BeltModel, assemble, compiled, rkf45, stepper_of
+from tests.support.belt_kernels import assemble, rkf45, stepper_of
 from tests.support.belt_scenarios import pair, scenario_of, shipped
 from tests.support.belt_waves import waves
 from tests.support.cases import one_in, slow
@@ -73,35 +73,6 @@ def test_the_longest_step_is_that_of_the_waves_of_the_belt(changes: dict[str, An
     assert 3.5 < rkf45.max_stable_step(model.eigenvalues) * highest < 4.1
 
 
-def scaled_norm(model: BeltModel, error: "np.ndarray[Any, np.dtype[np.float64]]") -> float:
-    """Return the norm of an error, in units of the scales, by the stepper's own kernel.
-
-    The error of a step of which all rates but the sixth are zero is E6 h times that one.
-    """
-    s = stepper_of(model, scenario_of(pair(solver__rtol=0.5)))._state
-    finite = np.isfinite(model.error_scales)
-    s.k5[finite] = error[finite] * model.error_scales[finite] / rkf.E6
-    norm = compiled(rkf45.error_norm)
-    return 0.5 * float(norm(1.0, s.k0, s.k2, s.k3, s.k4, s.k5, s.inv_scale))
-
-
-@pytest.mark.parametrize("bodies", [24, 60, 1200])
-def test_an_error_at_one_place_counts_in_full_at_every_mesh(bodies: int) -> None:
-    model = assemble(scenario_of(pair(mechanism__belt__bodies=bodies)))
-    error = np.zeros_like(model.state)
-    model.belt.kinematics(error)[0, bodies // 2] = 0.7
-    assert scaled_norm(model, error) == pytest.approx(0.7, rel=1e-12)
-    # n^(1/16) of n states that err alike: 1.8 at most of 7200.
-    assert 1.0 <= scaled_norm(model, np.ones_like(model.state)) < 1.8
-
-
-def test_an_error_that_is_no_number_is_no_small_one() -> None:
-    model = assemble(scenario_of(pair()))
-    error = np.zeros_like(model.state)
-    error[0] = np.nan
-    assert np.isnan(scaled_norm(model, error))
-
-
 def test_a_step_after_a_rejected_one_is_no_longer() -> None:
     """Its error said that the step before was too long, whatever a kink then makes of it."""
     scenario = scenario_of(pair(solver__rtol=1e-7))
@@ -156,14 +127,13 @@ def test_the_default_closes_the_energy_and_beats_fixed_steps(bodies: int) -> Non
         assert own.statistics.steps + own.statistics.rejected <= 1.1 * longest_steps(data)
 
 
-@pytest.mark.parametrize("bodies", [40, slow(60), slow(150)])
-def test_the_default_beats_fixed_steps_on_a_guided_belt(bodies: int) -> None:
+def test_the_default_beats_fixed_steps_on_a_guided_belt() -> None:
     """A relaxation of half the time made points circle about their limit: 70 times the error."""
     data = shipped(
         "belt_string",
         solver__backend="rkf45",
         solver__duration=0.1,
-        mechanism__belt__bodies=bodies,
+        mechanism__belt__bodies=40,
         output__interval=1e-3,
     )
     own, fixed = simulate(data), simulate(changed(data, solver__backend="moreau"))

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.support.belt_kernels import assemble, limits
+from tests.support.belt_kernels import assemble
 from tests.support.belt_reference import accelerations, potential
 from tests.support.belt_scenarios import (
     NO_FRICTION,
@@ -77,17 +77,3 @@ def test_both_methods_agree_on_unlike_contacts() -> None:
         assert value != own["driven"][key]
         other = end("moreau", changed(data, effects__contact__pulleys=own), step=1e-6)
         assert distance(other, exact) > 5e-3, key
-
-
-def test_the_stiffest_contact_bounds_the_steps() -> None:
-    """A contact under the force F has the stiffness sqrt(c2^2 + 4 c1 F)."""
-    model = assemble(scenario_of(pair(effects__contact__pulleys=STIFF_DRIVEN)))
-    force = 2.0 * float(np.max(model.rest.normal_force))
-    expected = (8e5**2 + 4.0 * 3e7 * force) ** 0.5
-    stiffness = limits.deepest_contact_stiffness(model.belt, model.rest)
-    assert stiffness == pytest.approx(expected, rel=1e-12)
-    undamped = {"effects__axial_damping": None, "effects__belt_friction": None}
-    own = {"effects__contact__pulleys": STIFF_DRIVEN}
-    model = assemble(scenario_of(pair(**undamped, **own)))
-    decay, _ = limits.decay_rates(model.belt)
-    assert decay == pytest.approx(100.0 / model.belt.mass)

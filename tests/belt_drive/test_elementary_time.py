@@ -6,10 +6,10 @@ import pytest
 
 import frictionsim as fs
 from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair
-from tests.support.cases import one_in, slow
+from tests.support.cases import slow
 
 # Creep that matters: 5e-7 m in 1e-5 s at the transition speed.
-DRAWN = [(1e-5, 1e-6, 0.6), (3e-6, 4e-7, 0.9), (4e-5, 3e-6, 0.4)]
+DRAWN = [(1e-5, 1e-6, 0.6), slow(4e-5, 3e-6, 0.4)]
 
 
 def heat(plane: bool, step: float, **friction: Any) -> float:
@@ -28,7 +28,7 @@ def heat(plane: bool, step: float, **friction: Any) -> float:
 
 # In the plane by kernels of its own.
 @pytest.mark.parametrize("plane", [False, slow(True)], ids=["guided", "in the plane"])
-@pytest.mark.parametrize(("time", "creep", "mu"), one_in(2, DRAWN))
+@pytest.mark.parametrize(("time", "creep", "mu"), DRAWN)
 def test_heat_is_the_same_with_steps_of_any_length(
     time: float, creep: float, mu: float, plane: bool, request: pytest.FixtureRequest
 ) -> None:
@@ -48,11 +48,3 @@ def test_other_laws_refuse_it_and_the_warning_ends_with_it() -> None:
         fs.load("belt_drive", {key: 1e-6})
     assert any(key in warning for warning in fs.load("belt_drive_published").warnings())
     assert not fs.load("belt_drive_published", {key: 1e-6}).warnings()
-
-
-@pytest.mark.usefixtures("uncompiled")
-def test_a_belt_is_told_of_no_method_that_it_lacks() -> None:
-    table = {"mu_s": 0.6, "mu_k": 0.6, "law": "regularised", "transition_speed": 1e-3}
-    reason = fs.solve(pair(effects__belt_friction=table), max_steps=2).reason
-    assert "increase the transition_speed of the smoothed law" in reason
-    assert "bdf" not in reason

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 import frictionsim as fs
 from tests.support.belt_kernels import PulleyCircle, assemble, belt_path
-from tests.support.cases import one_in
 from tests.support.scenarios import Scenario
 
 Array = NDArray[np.float64]
@@ -96,7 +95,6 @@ DRIVES = {
     "light 150 at 0.5 N": light(150, pretension=0.5),
     "light 151 leaning": light(151, LEANING, gravity=9.5),
     "light 150 with a roller": light(150, TENSIONED),
-    "light 1200 at 0.5 N": light(1200, pretension=0.5),
     "light 1200": light(1200),
 }
 
@@ -137,15 +135,7 @@ def test_no_force_is_left(drive: Drive) -> None:
 
 
 @pytest.mark.parametrize(
-    "name",
-    [
-        "heavy 12",
-        "heavy 60 in gravity",
-        "light 45",
-        "light 150",
-        "light 151 leaning",
-        "light 150 with a roller",
-    ],
+    "name", ["heavy 60 in gravity", "light 45", "light 151 leaning", "light 150 with a roller"]
 )
 def test_the_energy_is_stationary(name: str) -> None:
     drive = DRIVES[name]
@@ -180,7 +170,7 @@ def test_normal_force_in_the_middle_of_an_arc() -> None:
     assert np.mean(rest.normal_force[middle - 4 : middle + 4]) == pytest.approx(force, rel=5e-4)
 
 
-@pytest.mark.parametrize(("bodies", "spread"), [(150, 1e-2), (300, 1e-2), (600, 3e-3)])
+@pytest.mark.parametrize(("bodies", "spread"), [(150, 1e-2), (600, 3e-3)])
 def test_without_bending_all_joints_pull_alike(bodies: int, spread: float) -> None:
     """The corner at the end of an arc is bent by up to a = l/R: tensions vary by a^2/8."""
     rest = light(bodies, bending_rigidity=0.0).rest()
@@ -188,7 +178,7 @@ def test_without_bending_all_joints_pull_alike(bodies: int, spread: float) -> No
     assert np.ptp(rest.tension) <= spread * 555.0
 
 
-@pytest.mark.parametrize("strain", [1e-4, 3e-3, 0.1, 0.45])
+@pytest.mark.parametrize("strain", [1e-4, 0.1, 0.45])
 def test_a_belt_of_given_length(strain: float) -> None:
     drive = light(600, bending_rigidity=0.0, pretension=None)
     length = belt_path(PAIR).length / (1.0 + strain)
@@ -210,44 +200,21 @@ def _offsets(rest: Any) -> Array:
     return np.column_stack([rest.x[on], rest.y[on]])
 
 
-# What has no rest position, and what is said of it.
-REFUSED: dict[str, tuple[Drive, dict[str, Any], str]] = {
-    "a strain above a half": (
-        heavy(60),
-        {"pretension": 6000.0},
-        "mechanism.belt.pretension: 6000.0 N stretch a belt of 10000.0 N by 60 %",
-    ),
-    "too short": (
-        heavy(60),
-        {"pretension": None, "length": 0.6},
-        "mechanism.belt.length: a belt of 0.6 m is too short for its path of 1.01651 m",
-    ),
-    "slack": (
-        heavy(12),
-        {"pretension": None, "length": 1.1},
-        "mechanism.belt.length: a belt of 1.1 m hangs loose on its path of 1.01651 m",
-    ),
-    "a belt of 10 N that sags without limit": (
-        heavy(12),
-        {"pretension": 0.5, "gravity": WEIGHT},
-        "Raise the pretension",
-    ),
-    "bodies too long for their pulleys": (
-        light(8, TENSIONED),
-        {},
-        "mechanism.belt.bodies: 8 bodies of 0.15 m cannot follow the curve of 'roller'",
-    ),
-    "a contact that is too soft": (
+# What the schema does not see; `tests/messages/belts.txt` has the rest.
+REFUSED: list[tuple[Drive, dict[str, Any], str]] = [
+    (heavy(12), {"pretension": 0.5, "gravity": WEIGHT}, "Raise the pretension"),
+    (
         light(60, TENSIONED, c1=0.0, c2=1e4),
         {},
         "presses the belt 0.04967 m deep into pulley roller, more than its radius of 0.02 m",
     ),
-}
+]
 
 
-@pytest.mark.parametrize("name", one_in(2, REFUSED))
-def test_what_has_no_rest_position_is_refused(name: str) -> None:
-    drive, changes, message = REFUSED[name]
+@pytest.mark.parametrize(("drive", "changes", "message"), REFUSED, ids=["sags", "too soft"])
+def test_what_has_no_rest_position_is_refused(
+    drive: Drive, changes: dict[str, Any], message: str
+) -> None:
     with pytest.raises(fs.ScenarioError) as caught:
         fs.static(drive.scenario(**changes))
     (fault,) = caught.value.faults

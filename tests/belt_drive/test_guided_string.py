@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionsim as fs
@@ -91,7 +91,7 @@ def test_tensions_and_slip_are_those_of_the_closed_forms(bodies: int) -> None:
 
 @pytest.mark.parametrize(
     ("speed", "bodies", "limit"),
-    [(1.0, 60, 5e-3), slow(1.0, 150, 1e-3), slow(30.0, 60, 5e-3), (30.0, 150, 1e-3)],
+    [(1.0, 60, 5e-3), (30.0, 150, 1e-3)],
 )
 def test_full_slip_is_the_equation_of_euler_and_eytelwein(
     bodies: int, limit: float, speed: float
@@ -113,24 +113,6 @@ def test_full_slip_is_the_equation_of_euler_and_eytelwein(
 
     ratio = pressing(value(done, "tension_tight")) / pressing(value(done, "tension_slack"))
     assert ratio == pytest.approx(exp(0.3 * pi), rel=limit)
-
-
-def test_a_belt_that_slips_does_the_same_backward() -> None:
-    """Also where static and kinetic friction differ: each direction has its own limits."""
-    speeds = [
-        simulate(
-            string(
-                drive__driver={"speed": {"time": [0.0, 0.01], "value": [0.0, sign * 20.0]}},
-                drive__driven={"torque": -sign * 40.0},
-                effects__belt_friction={"mu_s": 0.6, "mu_k": 0.2},
-                solver__duration=0.02,
-            )
-        ).channels["pulley_speed"]
-        for sign in (1.0, -1.0)
-    ]
-    # Points are not where those of the mirror image are: 1e-3. With the limits of the other
-    # direction it is a fifth.
-    assert np.max(np.abs(speeds[0] + speeds[1])) < 5e-3 * np.max(np.abs(speeds[0]))
 
 
 def belt_speed(done: Record) -> float:
@@ -182,7 +164,7 @@ def test_the_belt_at_rest_is_exact() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 3, 6])
+@pytest.mark.parametrize("seed", [1, 6])
 def test_an_independent_program_comes_to_the_same_end(seed: int) -> None:
     smoothed = {"law": "regularised", "transition_speed": 0.05}
     data = drawn(seed, mechanism__belt__bodies=60, solver__duration=0.01, solver__rtol=1e-8)
@@ -207,7 +189,7 @@ def test_an_independent_program_comes_to_the_same_end(seed: int) -> None:
     assert np.max(np.abs(off)) < 1e-5
 
 
-@pytest.mark.parametrize("seed", one_in(3, range(6)))
+@pytest.mark.parametrize("seed", one_in(2, (0, 4)))
 def test_fixed_and_adaptive_steps_agree(seed: int) -> None:
     channels = {"output__channels": ["pulley_speed", "pulley_angle"]}
     adaptive = sound(drawn(seed, solver__backend="rkf45", **channels))
@@ -223,28 +205,7 @@ def test_fixed_and_adaptive_steps_agree(seed: int) -> None:
 # --- invariants -----------------------------------------------------------------------------------
 
 
-@examples(8)
-@given(seed=st.integers(0, 10_000), angle=st.floats(0.1, 6.0), mirrored=st.booleans())
-def test_a_belt_that_is_turned_or_mirrored_does_the_same(
-    seed: int, angle: float, mirrored: bool
-) -> None:
-    data = drawn(seed, solver__backend="moreau", solver__duration=0.02)
-    moved = changed(data)
-    sign = -1.0 if mirrored else 1.0
-    for pulley in moved["mechanism"]["pulleys"]:
-        x, y = pulley["center"][0], sign * pulley["center"][1]
-        pulley["center"] = [x * cos(angle) - y * sin(angle), x * sin(angle) + y * cos(angle)]
-    torque = moved["drive"]["p0"]["torque"]
-    torque["value"] = [sign * size for size in torque["value"]]
-    # Two pulleys have no sense of their own: a mirror image of them is passed as before.
-    assume(not mirrored or len(data["mechanism"]["pulleys"]) > 2)
-    one, other = simulate(data), simulate(moved)
-    speeds = one.channels["pulley_speed"]
-    off = speeds - sign * other.channels["pulley_speed"]
-    assert np.max(np.abs(off)) < 1e-6 * max(float(np.max(np.abs(speeds))), 1e-3)
-
-
-@examples(16)
+@examples(6)
 @given(
     seed=st.integers(0, 10_000),
     more=st.sampled_from([0.0, 0.2]),
@@ -302,9 +263,6 @@ def test_positions_are_on_the_line_after_many_rounds() -> None:
     arcs, length = arcs_of(scenario_run(done))
     assert length == pytest.approx(2.0 * (0.515 + pi * R))
     assert value(done, "contact_arc_driver") == pytest.approx((arcs[0].b - arcs[0].a) / R)
-
-
-# --- what it warns of and bears -------------------------------------------------------------------
 
 
 def test_points_need_not_follow_the_curve_of_a_small_roller() -> None:

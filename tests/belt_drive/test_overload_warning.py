@@ -79,8 +79,3 @@ def test_a_pulley_has_its_own_friction_and_a_load_is_told_too() -> None:
     (warning,) = overloads({**own, TORQUE: 10.0, "drive.driven.torque": -10.0})
     assert warning.startswith("drive.driven.torque = -10 N m is beyond ")
     assert overloads({"effects.belt_friction": None, TORQUE: 60.0}) == []
-
-
-def test_check_tells_it_and_succeeds(told: Any) -> None:
-    _, stderr = told("check", "belt_drive", "--set", f"{TORQUE}=60.0", code=0)
-    assert "without slip of the whole belt on 'driver'" in stderr

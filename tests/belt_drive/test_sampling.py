@@ -1,13 +1,11 @@
-"""Result files, quantities and states of belts."""
+"""Channels, states and statics of belts."""
 
 import json
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 import tomli_w
-import xarray
 
 import frictionsim as fs
 from frictionsim.results import Record
@@ -15,67 +13,15 @@ from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, shipped, trio
 from tests.support.falsified import falsified
 from tests.support.scenarios import Scenario, scenario_run, simulate
 
-OF_PULLEYS = ["pulley_angle", "pulley_speed", "pulley_torque"]
-OF_BODIES = ["x", "y", "angle", "normal_force", "friction_force", "slip_velocity", "sticking"]
-OF_BODIES += ["pulley_index"]
-ENERGIES = [f"energy_{name}" for name in ("input", "kinetic", "potential", "friction", "damping")]
-DIMENSIONS = {
-    **dict.fromkeys(OF_PULLEYS, ("time", "pulley")),
-    **dict.fromkeys(OF_BODIES, ("time", "body")),
-    "tension": ("time", "joint"),
-    **dict.fromkeys(ENERGIES, ("time",)),
-}
-
 
 @pytest.fixture(scope="module", params=["rkf45", "moreau"])
 def done(request: pytest.FixtureRequest) -> Record:
     return simulate(trio(solver__backend=request.param, solver__duration=0.02))
 
 
-# Groups of a file without events.
-SUMMARY = ("audit", "quantities", "solver")
-
-
-@pytest.fixture(scope="module")
-def result(done: Record, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("result") / "belt.h5"
-    fs.Result(done).save(path)
-    return path
-
-
-def test_channels_and_their_axes(done: Record, result: Path) -> None:
-    sizes = {"time": 21, "pulley": 3, "body": 60, "joint": 60}
-    with h5py.File(result) as file:
-        assert set(file) == {*DIMENSIONS, *sizes, *SUMMARY}
-        for name, axes in DIMENSIONS.items():
-            dataset = file[name]
-            assert dataset.shape == tuple(sizes[axis] for axis in axes), name
-            integer = name in ("sticking", "pulley_index")
-            assert dataset.dtype == (np.int8 if integer else np.float64)
-            assert {"units", "long_name"} <= set(dataset.attrs)
-            assert np.array_equal(dataset[()], done.channels[name])
-            assert np.all(np.isfinite(dataset[()])), name
-            scales = [dimension[0].name for dimension in dataset.dims]
-            assert scales == [f"/{axis}" for axis in axes]
-            if len(axes) == 2:
-                assert dataset.chunks is not None
-                assert dataset.compression == "gzip"
-        assert file["pulley"].asstr()[...].tolist() == ["driver", "roller", "driven"]
-        meanings = file["pulley_index"].attrs["flag_meanings"]
-        assert meanings == "none driver roller driven"
-        assert file.attrs["kind"] == "belt_drive"
-
-
-def test_xarray_opens_a_result_of_a_belt(result: Path) -> None:
-    with xarray.open_dataset(result, engine="h5netcdf") as data:
-        assert dict(data["tension"].sizes) == {"time": 21, "joint": 60}
-        assert data["pulley_speed"].dims == ("time", "pulley")
-        assert data["x"].attrs["units"] == "m"
-        assert float(data["time"][-1]) == pytest.approx(0.02)
-
-
 def test_what_the_channels_mean(done: Record) -> None:
     c = done.channels
+    assert done.members["pulley"] == ("driver", "roller", "driven")
     assert set(np.unique(c["pulley_index"])) == {-1.0, 0.0, 1.0, 2.0}
     assert set(np.unique(c["sticking"])) == {0.0, 1.0}
     assert np.all(c["normal_force"] >= 0.0)
@@ -88,31 +34,6 @@ def test_what_the_channels_mean(done: Record) -> None:
     # Bodies are one length and one stretch of a joint apart.
     apart = np.hypot(np.diff(c["x"], axis=1), np.diff(c["y"], axis=1))
     assert np.all(np.abs(apart / np.mean(apart) - 1.0) < 0.1)
-
-
-QUANTITIES = {
-    "pretension": "N",
-    "slip_percent": "%",
-    "tension_slack": "N",
-    "tension_tight": "N",
-    "stick_fraction": "1",
-    "driven_speed": "rad/s",
-    "drive_speed": "rad/s",
-    "tension_driver_to_driven": "N",
-    "tension_driven_to_driver": "N",
-    "contact_arc_driver": "rad",
-    "adhesion_arc_driven": "rad",
-    "efficiency": "1",
-    **{f"energy_{name}": "J" for name in ("input", "kinetic", "potential", "friction", "damping")},
-}
-
-
-def test_quantities_have_their_units_and_all_audits_pass() -> None:
-    done = simulate(pair(solver__duration=5e-3))
-    assert {name: done.quantities[name].unit for name in QUANTITIES} == QUANTITIES
-    audit = {"energy_balance", "friction_law", "dissipation_sign", "torque_balance"}
-    assert done.checks.keys() == audit
-    assert all(check.ok for check in done.checks.values())
 
 
 GIVEN = {"speed": 1.0}

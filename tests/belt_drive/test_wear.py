@@ -6,15 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import frictionsim as fs
 from frictionsim.results import Record
 from tests.support.belt_scenarios import CONTINUED, path_of, scenario_of, shipped
 from tests.support.cases import slow
 from tests.support.drawn_belts import drawn
-from tests.support.examples import examples
 from tests.support.scenarios import Scenario, changed, simulate, sound
 from tests.support.stopped_runs import assert_same_when_interrupted, calls_of
 
@@ -37,14 +34,11 @@ def patch(start: float, end: float, **more: Any) -> dict[str, Any]:
 # --- patches --------------------------------------------------------------------------------------
 
 
-@examples(6)
-@given(data=st.data())
-def test_patches_that_adjoin_are_one_to_the_bit(data: st.DataObject) -> None:
+def test_patches_that_adjoin_are_one_to_the_bit() -> None:
     """In any order, however often one is cut: with the same friction the belt is the same."""
-    cuts = data.draw(st.lists(st.floats(0.05, 1.15), min_size=3, max_size=6, unique=True))
-    ends = sorted(cuts)
+    ends = [0.05, 0.3, 0.41, 1.15]
     pieces = [patch(a, b) for a, b in pairwise(ends)]
-    order = data.draw(st.permutations(pieces))
+    order = [pieces[2], pieces[0], pieces[1]]
     one, several = (simulate(worn(effects__patch=p)) for p in (patch(ends[0], ends[-1]), order))
     assert one.channels.keys() == several.channels.keys()
     for name, values in one.channels.items():
@@ -72,46 +66,18 @@ def test_each_body_has_the_friction_of_its_patch() -> None:
     assert np.abs(friction) == pytest.approx(normal * expected[sliding], rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("patches", "message"),
-    [
-        (
-            [patch(0.1, 0.2), patch(0.15, 0.3)],
-            "effects.patch.1.from: 0.15 m is inside the patch from 0.1 m to 0.2 m; patches may"
-            " adjoin, but not overlap",
-        ),
-        ([patch(0.3, 0.4), patch(0.1, 0.3000001)], "effects.patch.0.from: 0.3 m is inside"),
-        ([patch(0.1, 0.2), patch(0.3, 2.0)], "effects.patch.1.to: 2.0 m is beyond the belt's"),
-        (patch(0.3, 2.0), "effects.patch.to: 2.0 m is beyond the belt's"),
-        ([patch(0.1, 0.2, mu_k=0.4)], "effects.patch.0.mu_k: 0.4 is above mu_s = 0.3"),
-        (patch(0.1, 0.2, name="clean"), "effects.patch.name: 'clean' is the belt outside of"),
-        ([patch(0.1, 0.2, nam="a")], "effects.patch.0.nam: unknown key 'nam' (did you mean 'name'"),
-        ([], "effects.patch: should have at least 1 item"),
-        (0.3, "effects.patch: should be a table, got 0.3"),
-    ],
-)
-def test_patches_that_cannot_be_are_refused(patches: Any, message: str) -> None:
-    with pytest.raises(fs.ScenarioError) as error:
-        fs.load(worn(effects__patch=patches))
-    assert message in str(error.value)
-
-
-def test_wear_without_friction_is_refused() -> None:
-    with pytest.raises(fs.ScenarioError, match=r"effects\.wear: there is no friction whose work"):
-        fs.load(worn(effects__belt_friction=None))
-
-
 def test_a_patch_among_others_that_reaches_no_pulley_is_named() -> None:
     done = simulate(worn(effects__patch=[patch(0.5, 0.7), patch(0.2, 0.3)]))
     assert "no body of effects.patch.1 is on a pulley in any sample" in " ".join(done.warnings)
     assert "effects.patch.0" not in " ".join(done.warnings)
 
 
-@pytest.mark.parametrize("given", [{"pretension": 555.0}, {"pretension": None, "length": 1.1953}])
+@pytest.mark.parametrize("given", [{"pretension": 555.0}, {"length": 1.1953}])
 def test_a_patch_ends_where_the_unstretched_belt_ends(given: dict[str, Any]) -> None:
     """The path is 0.4 % longer: a patch there would have no body in it."""
-    data = worn(mechanism__belt=shipped("belt_string")["mechanism"]["belt"] | given)
-    data["mechanism"]["belt"] = {k: v for k, v in data["mechanism"]["belt"].items() if v}
+    data = worn()
+    del data["mechanism"]["belt"]["pretension"]
+    data["mechanism"]["belt"] |= given
     end = given.get("length") or path_of(scenario_of(data)).length / (1.0 + 555.0 / EA)
     fs.load(changed(data, effects__patch=patch(1.1, end)))
     with pytest.raises(fs.ScenarioError, match=f"beyond the belt's {end} m$"):
@@ -132,23 +98,14 @@ def test_a_patch_between_the_middles_of_two_bodies_is_told_before_the_run(name: 
         assert not told or not [w for w in warnings if "effects.patch.1 is on" in w]
 
 
-def test_a_value_of_one_patch_can_be_set_by_its_name_or_number() -> None:
-    scenario = fs.load(worn(effects__patch=[patch(0.1, 0.2, name="oil"), patch(0.3, 0.4)]))
-    for key in ("effects.patch.oil.mu_k", "effects.patch.0.mu_k"):
-        patches = scenario.replace({key: 0.1}).to_dict()["effects"]["patch"]
-        assert [one["mu_k"] for one in patches] == [0.1, 0.25]
-
-
-def test_a_sweep_over_a_patch_knows_its_keys() -> None:
-    """Of the one or of several, by number or by name."""
-    oil = patch(0.1, 0.2, name="oil")
-    for patches, keys in ((oil, [""]), ([oil, patch(0.3, 0.4)], ["0.", "oil."])):
-        scenario = fs.load(worn(effects__patch=patches, solver__duration=1e-3))
-        for key in keys:
-            swept = fs.sweep(scenario, {f"effects.patch.{key}to": [0.2, 0.25]}, workers=1)
-            assert swept[f"effects.patch.{key}to"].attrs["units"] == "m"
-    with pytest.raises(fs.InputError, match="unknown key 'mu_x'"):
-        fs.sweep(scenario, {"effects.patch.oil.mu_x": [0.2, 0.25]}, workers=1)
+def test_a_value_of_one_patch_is_set_and_varied_by_its_name_or_number() -> None:
+    patches = [patch(0.1, 0.2, name="oil"), patch(0.3, 0.4)]
+    scenario = fs.load(worn(effects__patch=patches, solver__duration=1e-3))
+    for key in ("effects.patch.oil", "effects.patch.0"):
+        changed_patches = scenario.replace({f"{key}.mu_k": 0.1}).to_dict()["effects"]["patch"]
+        assert [one["mu_k"] for one in changed_patches] == [0.1, 0.25]
+        swept = fs.sweep(scenario, {f"{key}.to": [0.2]}, workers=1)
+        assert swept[f"{key}.to"].attrs["units"] == "m"
 
 
 # --- the work of friction -------------------------------------------------------------------------
@@ -162,31 +119,13 @@ def assert_adds_up(done: Record) -> None:
         assert np.max(np.abs(off)) <= ROUNDING * largest, name
 
 
-@examples(8)
-@given(seed=st.integers(0, 10_000), more=st.sampled_from([0.0, 0.2]), oiled=st.booleans())
-def test_works_of_drawn_strings_add_up_to_the_heat(seed: int, more: float, oiled: bool) -> None:
-    data = drawn(seed, solver__backend="moreau", effects__wear={}, solver__duration=0.03)
+@pytest.mark.parametrize("backend", ["moreau", slow("rkf45")])
+@pytest.mark.parametrize(("seed", "more"), [(0, 0.0), (3, 0.2)])
+def test_works_of_drawn_strings_add_up_to_the_heat(seed: int, more: float, backend: str) -> None:
+    data = drawn(seed, solver__backend=backend, effects__wear={}, solver__duration=0.03)
     data["effects"]["belt_friction"]["mu_s"] += more
-    if oiled:
-        data["effects"]["patch"] = [patch(0.2, 0.5), patch(0.6, 0.9, name="water")]
+    data["effects"]["patch"] = [patch(0.2, 0.5), patch(0.6, 0.9, name="water")]
     assert_adds_up(sound(data))
-
-
-@pytest.mark.slow
-@examples(40)
-@given(
-    seed=st.integers(0, 10_000),
-    more=st.sampled_from([0.0, 0.2]),
-    law=st.sampled_from(["set-valued", "regularised"]),
-)
-def test_works_of_drawn_strings_add_up_with_adaptive_steps(
-    seed: int, more: float, law: str
-) -> None:
-    data = drawn(seed, effects__wear={}, solver__duration=0.03)
-    data["effects"]["belt_friction"]["mu_s"] += more
-    if law == "regularised":
-        data["effects"]["belt_friction"] |= {"law": law, "transition_speed": 0.05}
-    assert_adds_up(simulate(data))
 
 
 @pytest.mark.slow
@@ -287,5 +226,5 @@ def test_a_run_is_the_same_with_the_works_of_its_friction(backend: str) -> None:
 def test_a_worn_belt_resumes_to_the_same_bytes(tmp_path: Path) -> None:
     """The work of a zone is rounded alike, whether its last samples are worked out together."""
     data = worn(solver__backend="moreau", solver__duration=0.06)
-    stops = np.random.default_rng(5).integers(1, len(calls_of(data)), 8)
+    stops = np.random.default_rng(5).integers(1, len(calls_of(data)), 3)
     assert_same_when_interrupted(data, tmp_path, *([int(stop)] for stop in stops))

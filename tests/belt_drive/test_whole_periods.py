@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from tests.support.cases import one_in, slow
+from tests.support.cases import slow
 
 
 def belt(drive: Any, duration: float, patch: Any = None) -> dict[str, Any]:
@@ -49,7 +49,6 @@ LITTLE = {"from": 0.1, "to": 0.2, "mu_s": 0.2, "mu_k": 0.15}
 @pytest.mark.parametrize(
     ("speed", "patch", "duration", "turns"),
     [
-        (100.0, OIL, 0.32, 1),
         (-100.0, OIL, 0.32, 1),
         (60.0, LITTLE, 0.45, 1),
         slow(200.0, OIL, 1.8, 2),
@@ -77,9 +76,7 @@ def test_a_patch_is_averaged_over_whole_turns(
     assert label.startswith("slip of the mean speeds over whole periods")
 
 
-@pytest.mark.parametrize(
-    ("frequency", "duration", "periods"), [(50.0, 0.35, 3), (10.0, 0.45, 1), (80.0, 0.26, 4)]
-)
+@pytest.mark.parametrize(("frequency", "duration", "periods"), [(50.0, 0.35, 3), (10.0, 0.45, 1)])
 def test_drives_of_one_sine_are_averaged_over_whole_periods(
     frequency: float, duration: float, periods: int
 ) -> None:
@@ -112,10 +109,9 @@ def test_other_means_are_weighted_over_the_last_fifth(speed: Any, patch: Any) ->
     assert label.startswith("weighted mean slip over the last fifth")
 
 
-@pytest.mark.parametrize("frequency", one_in(3, [50.0, 20.0, 80.0]))
-def test_periods_that_differ_are_warned_of(frequency: float) -> None:
+def test_periods_that_differ_are_warned_of() -> None:
     """A ramp goes on below the sine."""
-    sine = {"sine": {"amplitude": 5.0, "frequency_hz": frequency}}
+    sine = {"sine": {"amplitude": 5.0, "frequency_hz": 50.0}}
     run = fs.solve(belt({"speed": [RISING, sine]}, 0.3))
     assert any("from one to the next" in warning for warning in run.warnings), run.warnings
 
@@ -123,17 +119,3 @@ def test_periods_that_differ_are_warned_of(frequency: float) -> None:
 def test_a_sweep_says_what_its_means_are() -> None:
     swept = fs.sweep(belt({"speed": 10.0}, 0.01), vary={"drive.a.speed": [5.0, 10.0]}, workers=1)
     assert "weighted mean" in swept["slip_percent"].attrs["long_name"]
-
-
-def test_a_sweep_shows_the_digits_that_a_run_shows() -> None:
-    """Three where the mesh decides, as of the slip: a sweep showed six, which it has of others."""
-    scenario, key = belt({"speed": 10.0}, 0.01), "drive.a.speed"
-    swept = fs.sweep(scenario, {key: [6.0]}, workers=1)
-    alone = fs.solve(scenario, {key: 6.0})
-    lines = (each.summary().splitlines() for each in (swept, alone))
-    in_sweep, in_run = ({line.split()[0]: [*line.split(), ""][1] for line in of} for of in lines)
-    of_mesh = {name for name in alone.quantities if "slip" in name or "tension_" in name}
-    assert len(of_mesh) > 3
-    for name, quantity in alone.quantities.items():
-        six = f"{quantity.value:.6g}"
-        assert in_sweep[name] in ({in_run[name]} if name in of_mesh else {in_run[name], six})

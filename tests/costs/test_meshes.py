@@ -10,7 +10,8 @@ import frictionsim as fs
 from frictionsim.errors import SolverError
 from frictionsim.mechanisms.belt_drive import study as mesh_study
 from tests.costs.made import drawn_table, made_row
-from tests.support.belt_kernels import LINEAR, assemble
+from tests.support.belt_kernels import assemble
+from tests.support.belt_kernels import row as row_of
 from tests.support.scenarios import SCENARIOS
 
 BELT, PULLEY = str(SCENARIOS / "belt_drive.toml"), str(SCENARIOS / "pulley.toml")
@@ -108,7 +109,7 @@ def test_a_finer_mesh_has_as_stiff_a_contact(named: int | None) -> None:
 
 def contact_of(scenario: Any) -> float:
     """Return the linear stiffness of the contact of a body."""
-    stiffness: float = assemble(scenario).belt.pul[LINEAR]
+    stiffness: float = assemble(scenario).belt.pul[row_of.LINEAR]
     return stiffness
 
 

@@ -11,61 +11,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionsim.mechanisms.belt_drive import kernels as kernels
-from frictionsim.mechanisms.belt_drive import limits
-from frictionsim.mechanisms.belt_drive import moreau as moreau
-from frictionsim.mechanisms.belt_drive import rkf45 as rkf45
-from frictionsim.mechanisms.belt_drive.belt import (
-    ALPHA,
-    FRICTION,
-    FX,
-    FY,
-    LINEAR,
-    MODE,
-    MU_S,
-    NORMAL,
-    SLIP,
-    SPEED,
-    STICKING,
-    TORQUE,
-    Belt,
-    aligned,
-    belt_of,
-    initial_state,
-)
+from frictionsim.mechanisms.belt_drive import belt as row
+from frictionsim.mechanisms.belt_drive import kernels, limits, moreau, rkf45
+from frictionsim.mechanisms.belt_drive.belt import Belt, belt_of, initial_state
 from frictionsim.mechanisms.belt_drive.belt_simulation import stepper_of as _stepper_of
 from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
 from frictionsim.mechanisms.belt_drive.geometry import PulleyCircle, belt_path
 
-__all__ = [
-    "ALPHA",
-    "COMPILED_MODULES",
-    "FRICTION",
-    "FX",
-    "FY",
-    "LINEAR",
-    "MODE",
-    "MU_S",
-    "NORMAL",
-    "SLIP",
-    "SPEED",
-    "STICKING",
-    "TORQUE",
-    "Belt",
-    "BeltModel",
-    "PulleyCircle",
-    "aligned",
-    "assemble",
-    "belt_path",
-    "compiled",
-    "find_contacts",
-    "kernels",
-    "limits",
-    "moreau",
-    "rates",
-    "rkf45",
-    "stepper_of",
-]
+__all__ = ["PulleyCircle", "belt_path", "row"]
 
 Array = NDArray[np.float64]
 COMPILED_MODULES = (kernels, rkf45, moreau)

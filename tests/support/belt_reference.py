@@ -102,10 +102,6 @@ class Powers:
     friction: float  # sum T_i s_i
     input: float  # sum M_j omega_j, with the torque that a prescribed speed needs
 
-    @property
-    def losses(self) -> float:
-        return self.joint + self.bending + self.contact + self.friction
-
 
 @dataclass(frozen=True)
 class Accelerations:
@@ -484,11 +480,6 @@ def potential(belt: Belt, x: Array, y: Array, phi: Array) -> float:
     return energy
 
 
-def kinetic(belt: Belt, vx: Array, vy: Array, w: Array, omega: Array) -> float:
-    links = 0.5 * belt.m * np.sum(vx**2 + vy**2) + 0.5 * belt.inertia * np.sum(w**2)
-    return float(links + 0.5 * np.sum(np.asarray(belt.inertias) * omega**2))
-
-
 # --- motion --------------------------------------------------------------------------------------
 
 
@@ -505,23 +496,19 @@ def integrate(
     belt: Belt,
     y0: Array,
     times: Array,
-    rtol: float = 1e-10,
-    atol: float = 1e-12,
-    max_step: float = np.inf,
-    mu: float | Array | None = None,
-    h: float | None = None,
+    rtol: float,
+    atol: float,
+    mu: float | Array,
 ) -> Array:
     """The states at ``times`` (one row each) from ``y0`` at ``times[0]``, by DOP853."""
 
     def rate(t: float, state: Array) -> Array:
         x, y, phi, vx, vy, w, theta, omega = unpack(belt, state)
-        a = accelerations(belt, t, x, y, phi, vx, vy, w, theta, omega, mu=mu, h=h)
+        a = accelerations(belt, t, x, y, phi, vx, vy, w, theta, omega, mu=mu)
         return pack(vx, vy, w, a.ax, a.ay, a.aphi, omega, a.alpha)
 
     span = (float(times[0]), float(times[-1]))
-    solution = solve_ivp(
-        rate, span, y0, method="DOP853", t_eval=times, rtol=rtol, atol=atol, max_step=max_step
-    )
+    solution = solve_ivp(rate, span, y0, method="DOP853", t_eval=times, rtol=rtol, atol=atol)
     if not solution.success:
         raise RuntimeError(solution.message)
     return solution.y.T

@@ -8,7 +8,8 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from frictionsim.results import Channel, Check, Quantity, Record, SolverStatistics
+from frictionsim.mechanisms.belt_drive.schema import CHANNELS as ALL
+from frictionsim.results import Check, Quantity, Record, SolverStatistics
 from tests.support.scenarios import made_record
 
 Array = NDArray[np.float64]
@@ -16,20 +17,7 @@ Array = NDArray[np.float64]
 RIM_SPEED, RAMP = 0.6, 0.3  # m/s, counter-clockwise; s
 MU = 1.0
 
-CHANNELS = {
-    "pulley_angle": Channel("rad", "angle of the pulley", "pulley"),
-    "pulley_speed": Channel("rad/s", "angular velocity of the pulley", "pulley"),
-    "pulley_torque": Channel("N m", "torque on the pulley from outside", "pulley"),
-    "x": Channel("m", "x of the body's centre", "body"),
-    "y": Channel("m", "y of the body's centre", "body"),
-    "angle": Channel("rad", "angle of the body", "body"),
-    "normal_force": Channel("N", "normal force of the pulley on the body", "body"),
-    "friction_force": Channel("N", "friction of the pulley on the body", "body"),
-    "slip_velocity": Channel("m/s", "velocity of the rim less that of the body", "body"),
-    "sticking": Channel("1", "1 where the body sticks to a pulley, else 0", "body"),
-    "pulley_index": Channel("1", "pulley that the body touches, -1 none", "body"),
-    "tension": Channel("N", "tension, of the joint before the body", "joint"),
-}
+CHANNELS = {name: of for name, of in ALL.items() if of.axis and "work" not in name}
 
 
 class Pulley(NamedTuple):

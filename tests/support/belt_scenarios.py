@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 import frictionsim as fs
 from tests.support.belt_kernels import (
-    SPEED,
     BeltModel,
     PulleyCircle,
     assemble,
     belt_path,
+    row,
     stepper_of,
 )
 from tests.support.belt_reference import Belt
@@ -151,8 +151,8 @@ def kick(speed: float) -> Disturb:
     def disturb(model: BeltModel) -> None:
         width, n = model.belt.width, model.belt.n
         phase = 2.0 * np.pi * np.arange(n) / n
-        for row in (3, 4):
-            model.state[row * width : row * width + n] += speed * np.sin(phase + row)
+        for k in (3, 4):
+            model.state[k * width : k * width + n] += speed * np.sin(phase + k)
 
     return disturb
 
@@ -172,9 +172,9 @@ def kinematics(state: Array, model: BeltModel) -> list[Array]:
     pul, free = model.belt.pul, model.belt.free
     m = pul.shape[1]
     motion = state[: 6 * width].reshape(6, width)[:, :n]
-    omega = pul[SPEED].copy()
+    omega = pul[row.SPEED].copy()
     omega[free] = state[6 * width + m : 6 * width + m + len(free)]
-    return [*(row.copy() for row in motion), state[6 * width : 6 * width + m].copy(), omega]
+    return [*(each.copy() for each in motion), state[6 * width : 6 * width + m].copy(), omega]
 
 
 def reference(scenario: fs.Scenario, body_length: float, tau: float = 1e-5) -> Belt:
