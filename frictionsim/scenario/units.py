@@ -105,7 +105,8 @@ def heading(cell: str) -> Heading:
     if alone := AT_END.fullmatch(cell):
         return Heading(alone[1] or cell, alone[3], alone[2] is not None)
     if behind := BEHIND.fullmatch(cell):
-        return Heading(*(part for part in behind.groups() if part is not None))
+        name, unit = filter(None, behind.groups())
+        return Heading(name, unit)
     return Heading(cell)
 
 
