@@ -18,7 +18,7 @@ from layout import layout
 from method_table import methods
 from papers import papers
 from python_api import api, errors
-from scenario_keys import keys, signal
+from scenario_keys import keys, signal, units
 
 from frictionsim.scenario.authoring import schema
 from frictionsim.scenario.kinds import KINDS
@@ -37,6 +37,7 @@ PARTS: Mapping[str, Callable[..., str]] = {
     "methods": methods,
     "papers": papers,
     "signal": signal,
+    "units": units,
 }
 PART = re.compile(r"(<!-- generated: (\w+)((?: [\w.]+)*) -->\n).*?(<!-- end -->)", re.DOTALL)
 

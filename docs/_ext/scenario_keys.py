@@ -22,6 +22,7 @@ from frictionsim.scenario.model_fields import (
 from frictionsim.scenario.schema import TRANSITION_SPEED, FrictionLaw
 from frictionsim.scenario.settings import DEFAULT_SAMPLES, Output, Scenario
 from frictionsim.scenario.signal_tables import CsvSpeedTable
+from frictionsim.scenario.units import SIZES
 
 BOUNDS = {"gt": "> ", "ge": "≥ ", "lt": "< ", "le": "≤ "}
 # What there is to choose from has a page of its own.
@@ -215,3 +216,9 @@ def _number(value: float) -> str:
     """Return a number as it is written by hand: 1e-5, 0.001, 9.81."""
     digits, exponent, power = f"{value:g}".partition("e")
     return f"{digits}e{int(power)}" if exponent else digits
+
+
+def units() -> str:
+    """Return the known units of measured numbers, by what they are of."""
+    rows = [(f"`{si}`", ", ".join(f"`{unit}`" for unit in sizes)) for si, sizes in SIZES.items()]
+    return table(("converted to", "known units, also `Nm`, `N·m` and the like of a product"), rows)

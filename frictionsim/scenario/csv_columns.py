@@ -48,7 +48,8 @@ class Row(NamedTuple):
 
     def places(self, name: str) -> list[int]:
         """Return the places of the columns with a name in a header, from 0."""
-        return [i for i, cell in enumerate(self.cells) if name in (cell, heading(cell).name)]
+        whole = [i for i, cell in enumerate(self.cells) if name == cell]
+        return whole or [i for i, cell in enumerate(self.cells) if name == heading(cell).name]
 
     def place(self, name: str) -> int:
         """Return the place of the only column with a name."""

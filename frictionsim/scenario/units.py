@@ -15,20 +15,32 @@ SIZES: dict[str, dict[str, float]] = {
         "rad/s": 1.0,
         "deg/s": pi / 180.0,
         "rev/s": 2.0 * pi,
+        "Hz": 2.0 * pi,
         "rpm": pi / 30.0,
         "1/min": pi / 30.0,
     },
     "rad/s^2": {"rad/s^2": 1.0, "deg/s^2": pi / 180.0},
     "m": {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254},
     "m/s": {"m/s": 1.0, "mm/s": 1e-3, "km/h": 1.0 / 3.6},
-    "N": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605},
+    "N": {
+        "N": 1.0,
+        "mN": 1e-3,
+        "daN": 10.0,
+        "kN": 1e3,
+        "MN": 1e6,
+        "kgf": 9.80665,
+        "lbf": 4.4482216152605,
+    },
     "N m": {
         "N m": 1.0,
         "mN m": 1e-3,
+        "daN m": 10.0,
         "kN m": 1e3,
         "N cm": 1e-2,
         "N mm": 1e-3,
         "gf cm": 9.80665e-5,
+        "kgf cm": 9.80665e-2,
+        "kgf m": 9.80665,
         "lbf ft": 1.3558179483314004,
     },
     "J": {"J": 1.0, "mJ": 1e-3, "kJ": 1e3},
@@ -52,6 +64,8 @@ _WRITTEN = {
     "°/s": "deg/s",
     "min^-1": "1/min",
     "min-1": "1/min",
+    "kp": "kgf",
+    "KN": "kN",
     **dict.fromkeys(("RPM", "rev/min", "r/min", "U/min"), "rpm"),
     **dict.fromkeys(("lbft", "lb ft", "lb-ft", "lb.ft", "ft lb", "ft-lb", "ftlb"), "lbf ft"),
 }
@@ -59,10 +73,13 @@ _WRITTEN = {
 WRITTEN = sorted({*UNITS, *_WRITTEN} - {"1", "-"}, key=len, reverse=True)
 
 BRACKETS = re.compile(r"\s*[\[({<]([^][(){}<>]*)[\])}>]")
-# A unit alone, or behind a name and `/`, `,`, `in`, or a blank or `_`.
+# A known unit alone, or behind a name and `/`, `,`, `in`, or a blank or `_`.
 AT_END = re.compile(
     rf"(?:(.*?\S)(?:(\s*[/,]\s*|\s+in\s+)|_|\s+))??({'|'.join(map(re.escape, WRITTEN))})"
 )
+# What stands behind the last `,` or `in`, or the first `/`: a unit, known or not;
+# not what begins with a digit, as in a date.
+BEHIND = re.compile(r"(.*\S)(?:\s*,\s*|\s+in\s+)([^\s\d].*)|([^/]*[^/\s])\s*/\s*([^\s\d].*)")
 
 
 class Heading(NamedTuple):
@@ -77,7 +94,8 @@ def heading(cell: str) -> Heading:
     """Return name and unit of a heading.
 
     The unit is the last known one in brackets, or else what ends the heading in brackets, or a
-    known one at its end; behind a blank or `_`, and alone, it is not certain.
+    known one at its end, or else what is there behind `/`, `,` or `in`. A known one behind a blank
+    or `_`, or alone, is not certain.
     """
     found = [match for match in BRACKETS.finditer(cell) if bare(match[1])]
     units = [m for m in found if is_unit(bare(m[1]))] or [m for m in found if m.end() == len(cell)]
@@ -86,6 +104,9 @@ def heading(cell: str) -> Heading:
         return Heading(name or cell, bare(match[1]))
     if alone := AT_END.fullmatch(cell):
         return Heading(alone[1] or cell, alone[3], alone[2] is not None)
+    if behind := BEHIND.fullmatch(cell):
+        name, unit = filter(None, behind.groups())
+        return Heading(name, unit)
     return Heading(cell)
 
 

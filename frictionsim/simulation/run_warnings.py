@@ -5,12 +5,13 @@ Without numpy, which `check` does not need.
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from math import pi, ulp
+from math import inf, pi, ulp
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.results import STICK, TAUT
 from frictionsim.scenario.methods import REGULARISED
 from frictionsim.scenario.plausibility import SAMPLES_PER_PERIOD, unresolved
+from frictionsim.scenario.signals import Signal
 from frictionsim.solvers.system import MARGINS, STOP, OneCoordinate
 
 if TYPE_CHECKING:
@@ -23,8 +24,8 @@ SAME_EVENT_ULPS = 4.0
 SMALL_SHARE, FITTING_SHARE = 1e-6, 1e-9
 # Torque and limit that differ by less, relatively, are equal but for rounding.
 TIE = 1e-9
-# A signal with more extrema is periodic, or a table as dense as the samples.
-MAX_EXTREMA = 100_000
+# Of more times at which a body may give way, to look at which takes seconds, nothing is said.
+MAX_TIMES = 2000
 LOOKS = 100  # times of a run besides those of extrema
 
 
@@ -113,9 +114,9 @@ def foreseen(mechanism: "Mechanism", duration: float) -> Iterator[str]:
     n, start = system.coordinates, system.start
     if mechanism.prescribed or any(start[n : 2 * n]):
         return
-    times = [0.0]
+    times: list[float] = []
     for t in _times(system, duration):
-        if _moves(mechanism, t):
+        if len(times) > MAX_TIMES or _moves(mechanism, t):
             return
         times.append(t)
     if isinstance(system, OneCoordinate):
@@ -127,13 +128,23 @@ def foreseen(mechanism: "Mechanism", duration: float) -> Iterator[str]:
 def _times(system: Any, end: float) -> Iterator[float]:
     """Yield the times, s, at which a mechanism at rest may give way, and some between them."""
     signals = getattr(system.drive, "signals", (system.drive,))
-    t, left = 0.0, MAX_EXTREMA
-    while t < end and left:
+    t, last = 0.0, min(end, _end_of_first_period(signals))
+    while t < last:
         yield t
         extrema = [signal.next_extremum(t) for signal in signals]
-        t, left = min([system.rests_until(t, system.start, end), *extrema]), left - 1
+        t = system.rests_until(t, system.start, min([end, *extrema]))
     yield end
     yield from (end * i / LOOKS for i in range(LOOKS))
+
+
+def _end_of_first_period(signals: Sequence[Any]) -> float:
+    """Return a time, s, after which signals only repeat themselves; inf if there is none."""
+    terms = [term for signal in signals for term in getattr(signal, "terms", (signal,))]
+    if not all(isinstance(term, Signal) for term in terms):
+        return inf  # the drive of a kind of others
+    periods = {2.0 * pi / term.harmonic.angular_frequency for term in terms if term.harmonic}
+    last_knot = max([0.0, *[piece.knot for term in terms for piece in term.pieces[-1:]]])
+    return inf if len(periods) > 1 else last_knot + sum(periods)
 
 
 def _moves(mechanism: "Mechanism", t: float) -> bool:
@@ -180,8 +191,31 @@ def _reason(mechanism: "Mechanism", times: list[float]) -> str:
             f"a torque of {max(hidden)[0]:.4g} N m is above the static limit, but not by more than"
             f" the rounding of the forces, {max(roundoff):.2g} N m; give smaller forces"
         )
-    ratio = max(abs(torque) / limit for torque, limit in zip(torques, limits, strict=True) if limit)
+    ratio = _largest_ratio(system, sorted(times))
     return f"the largest torque is {100.0 * ratio:.10g} % of the static limit"
+
+
+def _largest_ratio(system: OneCoordinate, times: list[float]) -> float:
+    """Return the largest torque at rest over the static limit, at times and near the largest."""
+    q, friction = system.start[0], system.friction
+    assert friction is not None  # the caller's
+
+    def ratio(t: float) -> float:
+        u = system.acting(t, q, 0.0)
+        limit = friction.static(u, q)
+        return abs(system.torque(u, q, 0.0)) / limit if limit else 0.0
+
+    if len(getattr(system.drive, "signals", ())) < 2:
+        return max(map(ratio, times))
+    # The sum of several is largest between their extrema.
+    times = [a + (b - a) * i / 4 for a, b in pairwise(times) for i in range(4)] + times[-1:]
+    ratios = [ratio(t) for t in times]
+    i = ratios.index(max(ratios))
+    a, b = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
+    for _ in range(60):  # to roundoff
+        left, right = a + (b - a) / 3.0, b - (b - a) / 3.0
+        a, b = (left, b) if ratio(left) < ratio(right) else (a, right)
+    return max(*ratios, ratio(a))
 
 
 def _has_no_friction(system: OneCoordinate, duration: float) -> bool:

@@ -2,7 +2,7 @@
 
 import random
 from itertools import pairwise, product
-from math import atan, cos, exp, hypot, log, log1p, pi, radians, sin, sqrt
+from math import atan, cos, degrees, exp, hypot, log, log1p, pi, radians, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -269,16 +269,38 @@ def test_a_rotor_that_nothing_but_its_eccentric_mass_loads_coasts_down() -> None
     assert failures(run.checks) == ""
 
 
-@pytest.mark.parametrize("damping", [0.0, 0.3])
-def test_a_body_that_only_damping_brakes_needs_no_force(damping: float) -> None:
+PRESSED = {"shaft_radius": 0.02, "mu_s": 0.75, "mu_k": 0.75, "normal_load": 100.0}
+
+
+@pytest.mark.parametrize(
+    ("effects", "angle", "speed"),
+    [
+        ({"viscous_damping": {"coefficient": 0.0}}, 16.0, 8.0),
+        (
+            {"viscous_damping": {"coefficient": 0.3}},
+            8.0 * 0.5 / 0.3 * (1.0 - exp(-1.2)),
+            8.0 * exp(-1.2),
+        ),
+        # Of a friction radius of 12 mm, 1.2 N m; it brakes to 3.2 rad/s.
+        ({"shaft_friction": PRESSED}, 11.2, 3.2),
+        ({"shaft_friction": {**PRESSED, "normal_load": 250.0}}, 0.5 * 0.5 * 64.0 / 3.0, 0.0),
+        # Back with half of the speed from 8 rad at 1 s.
+        ({"end_stops": {"highest_angle_deg": degrees(8.0), "restitution": 0.5}}, 4.0, -4.0),
+    ],
+)
+def test_a_body_that_one_effect_brakes_needs_no_force(
+    effects: dict[str, Any], angle: float, speed: float
+) -> None:
+    """Of 0.5 kg m^2 at 8 rad/s, after 2 s."""
     data = {
         "kind": "shaft",
         "mechanism": {"inertia": 0.5, "initial_angular_velocity": 8.0},
-        "effects": {"viscous_damping": {"coefficient": damping}},
+        "effects": effects,
         "solver": {"duration": 2.0, "rtol": 1e-11},
     }
-    final = float(simulate(data).channels["angular_velocity"][-1])
-    assert final == pytest.approx(8.0 * exp(-damping / 0.5 * 2.0), rel=1e-10)
+    channels = simulate(data).channels
+    assert channels["angle"][-1] == pytest.approx(angle, rel=1e-10)
+    assert channels["angular_velocity"][-1] == pytest.approx(speed, rel=1e-10)
 
 
 def test_a_load_that_passes_close_to_zero() -> None:

@@ -387,6 +387,46 @@ LATCH: dict[str, Any] = {
 }
 
 
+SPRUNG = {
+    "kind": "shaft",
+    "mechanism": {"inertia": 1.0},
+    "couples": [{"name": "push", "size": 0.0}],
+    "effects": {
+        "shaft_friction": {"shaft_radius": 0.02, "mu_s": 0.75, "mu_k": 0.5, "normal_load": 200.0},
+        "torsion_spring": {"stiffness": 8.0, "free_angle_deg": -40.0},
+    },
+    "statics": {"unknown": "couples.push.size"},
+}
+TWIST, HELD = 8.0 * radians(40.0), 2.4  # of the spring, and of the friction, N m
+LOWER, UPPER = ({f"{side}_angle_deg": 0.0} for side in ("lowest", "highest"))
+MU_S = "effects.shaft_friction.mu_s"
+
+
+@pytest.mark.parametrize(
+    ("stops", "free", "unknown", "roots", "said"),
+    [
+        (None, -40.0, "push", (TWIST - HELD, TWIST + HELD), "from 3.18505 N m to 7.98505 N m"),
+        (LOWER, -40.0, "push", (None, TWIST + HELD), "up to 7.98505 N m"),
+        (UPPER, -40.0, "push", (TWIST - HELD, None), "from 3.18505 N m on"),
+        (UPPER, 40.0, "push", (-TWIST - HELD, None), "from -7.98505 N m on"),
+        (LOWER, -40.0, MU_S, (None, None), f"rests with every {MU_S}"),
+        (LOWER, 40.0, MU_S, (None, None), f"moves counter-clockwise with every {MU_S}"),
+    ],
+)
+def test_on_a_stop_a_body_rests_with_all_that_presses_it_there(
+    stops: Any, free: float, unknown: str, roots: tuple[float | None, float | None], said: str
+) -> None:
+    keys = {"effects.end_stops": stops, "effects.torsion_spring.free_angle_deg": free}
+    if unknown == MU_S:
+        keys["statics.unknown"] = MU_S
+    quantities = fs.static(fs.load(SPRUNG, keys))
+    label = unknown.rpartition(".")[2]
+    for way, root in zip(("clockwise", "counter_clockwise"), roots, strict=True):
+        expected = None if root is None else pytest.approx(root, rel=1e-14)
+        assert quantities[f"{label}_{way}"].value == expected
+    assert any(note.endswith(said) for note in quantities.notes)
+
+
 def test_a_body_rests_on_its_stop() -> None:
     quantities = fs.static(fs.load(LATCH))
     assert quantities["breakaway_direction"].value == 0.0

@@ -59,6 +59,16 @@ WRITTEN: list[tuple[str, dict[str, Any]]] = [
     ('t,"a, b","F_N"\n"0.0","a\n""b""",2000\n1,"c, d",3000\n', {"time": "t", "value": "F_N"}),
     ("0,0 2000,0\n1,0 3000,0\n", {"decimal": ","}),
     ("2000,-0\n3000,1\n", {"time": 2, "value": 1}),
+    *(
+        (f't in s;"{heading}"\n0;{2000 / size}\n1;{3000 / size}\n', {})
+        for heading, size in [
+            *((form.format("daN"), 10) for form in ("F in {}", "F/{}", "F, {}", "F_{}", "F {}")),
+            *(("F in kp", 9.80665), ("F in MN", 1e6), ("F in KN", 1e3), ("F 24/7/1", 1)),
+        ]
+    ),
+    ("# s;daN\n0;200\n1;300\n", {}),
+    ("# t in s; F in daN\n0;200\n1;300\n", {"time": 1, "value": 2}),
+    ('t,F,"F, mean"\n0,2000,1\n1,3000,1\n', {"time": "t", "value": "F"}),
 ]
 
 
@@ -66,13 +76,16 @@ WRITTEN: list[tuple[str, dict[str, Any]]] = [
 def test_a_file_means_the_same_however_it_is_written(
     text: str, keys: dict[str, Any], tmp_path: Path
 ) -> None:
-    assert signal_of(text, tmp_path, **keys) == {"time": (0.0, 1.0), "value": (2000.0, 3000.0)}
+    read = signal_of(text, tmp_path, **keys)
+    assert read["time"] == (0.0, 1.0)
+    assert read["value"] == pytest.approx((2000.0, 3000.0), rel=1e-15)  # of one product
 
 
 # Units, by what they are of, and their sizes in SI.
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "": 1.0}
-SPEEDS = {"rad/s": 1.0, "rpm": pi / 30, "deg/s": pi / 180, "rev/s": 2 * pi, "": 1.0}
+SPEEDS = {"rad/s": 1.0, "rpm": pi / 30, "deg/s": pi / 180, "rev/s": 2 * pi, "Hz": 2 * pi, "": 1.0}
 TORQUES = {"N m": 1.0, "kN m": 1e3, "mNm": 1e-3, "lbf ft": 1.3558179483314004, "": 1.0}
+TORQUES |= {"kgfm": 9.80665, "daN·m": 10.0, "kgf cm": 9.80665e-2}
 numbers = st.floats(-1e3, 1e3).map(lambda x: round(x, 3))
 
 
@@ -130,10 +143,19 @@ def test_a_fit_and_a_signal_take_a_file_for_the_same(tmp_path: Path) -> None:
 # A file, the keys of a couple, and what is said of it.
 UNIT = r"unit of column %d, '.*%s.*convert the numbers.*without it"
 REFUSED: list[tuple[str, dict[str, Any], str]] = [
-    ("t,M [kN]\n0,1\n1,2\n", {}, UNIT % (2, "expected one of N m, mN m, kN m")),
+    ("t,M [kN]\n0,1\n1,2\n", {}, UNIT % (2, "expected one of N m, mN m, daN m, kN m")),
     ("t,M (measured)\n0,1\n1,2\n", {"time": "t", "value": 2}, UNIT % (2, "got 'measured'")),
     ("n [rpm],M [N m]\n0,1\n1,2\n", {}, UNIT % (1, "expected one of s, ms")),
     ("t [ms],M\n0,1\n1,2\n", {"speed": "t"}, UNIT % (1, "rad/s, deg/s.*got 'ms'")),
+    *(
+        (f't,"{heading}"\n0,1\n1,2\n', {}, UNIT % (2, f"N m, mN m.*got '{said}'"))
+        for heading, said in [
+            *(("M in tonf", "tonf"), ("M/tonf", "tonf"), ("M, tonf", "tonf"), ("M in daN", "daN")),
+            *(("M / N/mm2", "N/mm2"), ("M in total", "total"), ("Torque, motor", "motor")),
+        ]
+    ),
+    ("# s;M in tonf\n0;1\n1;2\n", {"value": 2}, UNIT % (2, "got 'tonf'")),
+    ("n in 1/s,M\n0,1\n1,2\n", {"speed": 1}, UNIT % (1, "rev/s, Hz.*got 's'")),
     ("t,M\n,kgf\n0,1\n1,2\n", {"time": "t", "value": "M"}, UNIT % (2, "got 'kgf'")),
     ("t,M\ns,kgf\n0,1\n1,2\n", {}, "line 2 of .*" + UNIT % (2, "got 'kgf'")),
     ("t; [s]; F [kN]\n0;1\n1;2\n", {}, UNIT % (2, "got 's'")),

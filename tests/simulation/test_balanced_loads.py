@@ -3,6 +3,8 @@
 import json
 import random
 from collections.abc import Callable
+from math import sqrt
+from time import process_time
 from typing import Any
 
 import pytest
@@ -27,7 +29,7 @@ def shaft(mass: float = 0.0, **tables: Any) -> dict[str, Any]:
     return data | {"solver": {"duration": 0.5}}
 
 
-def couples(*sizes: float) -> list[dict[str, Any]]:
+def couples(*sizes: Any) -> list[dict[str, Any]]:
     return [{"name": f"c{i}", "size": size} for i, size in enumerate(sizes)]
 
 
@@ -107,6 +109,41 @@ def test_drawn_bodies_are_at_rest_if_and_only_if_nothing_is_said_to_move() -> No
         assert any("nothing moves" in text for text in result.warnings) is bool(rests)
         moved += not rests
     assert 2 < moved < 12
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "second", "duration", "largest"),
+    [
+        (1.7, (50.0, 90.0), 8.0, 1.7 * sqrt(2.0)),
+        (1.49, (5.01, 180.0), 60.0, 2.98),  # a beat, largest at 50 s, where it would give way
+        (1.50001, (5.01, 180.0), 60.0, None),
+        (1.4, (5.01, 180.0), 6000.0, None),  # of too many extrema nothing is said
+    ],
+)
+def test_a_body_that_two_sines_leave_at_rest_is_looked_at_in_no_time(
+    amplitude: float,
+    second: tuple[float, float],
+    duration: float,
+    largest: float | None,
+    told: Callable[..., tuple[str, str]],
+) -> None:
+    """The static limit is 3 N m: a friction radius of 0.3 m under 10 N."""
+    hz, phase = second
+    first = 50.0 if hz == 50.0 else 5.0
+    sines = [
+        {"sine": {"amplitude": amplitude, "frequency_hz": f, "phase_deg": deg}}
+        for f, deg in ((first, 0.0), (hz, phase))
+    ]
+    journal = {"shaft_radius": 0.5, "mu_s": 0.75, "mu_k": 0.75, "normal_load": 10.0}
+    held = shaft(couples=couples(*sines), effects={"shaft_friction": journal})
+    with open("held.toml", "w") as file:
+        file.write(fs.load(held, {"solver.duration": duration}).to_toml())
+    began = process_time()
+    said = told("check", "held.toml")[1].splitlines()
+    assert process_time() - began < 10.0  # where 70 s and more had passed
+    percents = [float(text.split("torque is ")[1].split()[0]) for text in said if "moves" in text]
+    # A wave of the beat is that of the carrier, 1e-6 less than the beat at its largest.
+    assert percents == ([] if largest is None else [pytest.approx(largest / 0.03, rel=2e-6)])
 
 
 def test_a_smoothed_law_holds_nothing() -> None:

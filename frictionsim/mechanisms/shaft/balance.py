@@ -364,6 +364,12 @@ class Balance:
         """Return whether eq 24 is 0/0 at an angle, rad: neither the unknown nor the others act."""
         return self._sought.vanishes(q) and self._given.vanishes(q)
 
+    def moves(self, q: float, value: float, direction: int) -> bool:
+        """Return whether the moment with a value of the unknown is above the largest friction."""
+        given, sought = self._given.at(q), self._sought.at(q)
+        moment, x, y = (a + value * b for a, b in zip(given[:3], sought[:3], strict=True))
+        return direction * moment > self._radius * hypot(x, y)
+
     def roots(self, q: float, limits: bool = False) -> Roots:
         """Return all roots at an angle, rad.
 

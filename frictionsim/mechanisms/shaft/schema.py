@@ -338,7 +338,8 @@ class ShaftScenario(SingleDofScenario):
         effects = self.effects
         acts = [self.forces, self.couples, self.has_weight, effects.torsion_spring, self.drive]
         if self.mechanism.initial_angular_velocity:  # a coast-down, by what brakes it
-            acts += [effects.viscous_damping, effects.eccentric_mass]
+            acts += [effects.viscous_damping, effects.eccentric_mass, effects.end_stops]
+            acts += [effects.shaft_friction and effects.shaft_friction.normal_load is not None]
         if not any(acts):
             raise inconsistent(
                 (),

@@ -7,6 +7,7 @@ from frictionsim.mechanisms.effects import ROUNDING, radii_of
 from frictionsim.mechanisms.shaft.balance import (
     UNKNOWN_KEY,
     Balance,
+    Root,
     Roots,
     Sum,
     Unknown,
@@ -120,15 +121,13 @@ class _Breakaway:
         self.unknown, self.notes = unknown, list[str]()
         self._scenario, (self._time, angle) = scenario, place_of(scenario)
         self._angle, self._at = angle, f"at {angle:.6g} deg"
+        self._stop = stop_at(scenario, angle)
         self._balance = Balance(scenario, unknown, self._time)
 
     def roots(self) -> Quantities:
         """Return the roots at the angle of the statics, by their directions."""
-        roots, stop = (
-            self._balance.roots(radians(self._angle)),
-            stop_at(self._scenario, self._angle),
-        )
-        self.notes += self._notes_of(roots)
+        roots, stop = self._possible(self._balance), self._stop
+        self.notes += self._notes_on_stop(roots) if stop else self._notes_of(roots)
         if stop:
             self.notes.append(
                 f"{self._at}, the {STOPS[stop]} end stop keeps the body from turning {WORDS[stop]}"
@@ -144,7 +143,14 @@ class _Breakaway:
         if self.unknown.is_of_friction:
             return {}
         steady = Balance(self._scenario, self.unknown, self._time, steady=True)
-        return self._named(steady.roots(radians(self._angle)), f"{self.unknown.label}_keep")
+        return self._named(self._possible(steady), f"{self.unknown.label}_keep")
+
+    def _possible(self, balance: Balance) -> Roots:
+        """Return the roots at the angle, on a stop without those of a turn into it."""
+        roots, stop = balance.roots(radians(self._angle)), self._stop
+        if not stop:
+            return roots
+        return roots._replace(real=tuple(Root(value, -stop) for value in roots.of(-stop)))
 
     def _named(self, roots: Roots, label: str) -> Quantities:
         quantities = {}
@@ -195,11 +201,29 @@ class _Breakaway:
         notes += [
             f"{at}, no {key} makes it move {words}: friction grows with it {growth} the moment"
             for s, words in WORDS.items()
-            if not roots.of(s)
+            if not roots.of(s) and s != self._stop
         ]
-        if not self.unknown.signed and first.value < 0:
-            notes.append(f"{key} below zero is a root of the equation, but not possible")
-        return notes
+        return notes + self._note_of_sign(first.value)
+
+    def _note_of_sign(self, value: float) -> list[str]:
+        if self.unknown.signed or value >= 0.0:
+            return []
+        return [f"{self.unknown.key} below zero is a root of the equation, but not possible"]
+
+    def _notes_on_stop(self, roots: Roots) -> list[str]:
+        """Return the meaning of the roots on a stop, which are those of the way off it."""
+        key, values, q = self.unknown.key, [root.value for root in roots.real], radians(self._angle)
+        moves, is_of_friction = self._balance.moves, self.unknown.is_of_friction
+        if roots.every or len(values) == 2 or (is_of_friction and values):
+            return self._notes_of(roots)
+        if not values:
+            does = f"moves {WORDS[-self._stop]}" if moves(q, 0.0, -self._stop) else "rests"
+            return [f"{self._at}, the body {does} with every {key}"]
+        # There is no other root of this way: on one side of it, the body rests everywhere.
+        above = moves(q, values[0] + max(abs(values[0]), 1.0), -self._stop)
+        side = f"up to {self._text(values[0])}" if above else f"from {self._text(values[0])} on"
+        notes = [f"{self._at}, the body rests with {key} {side}"]
+        return notes + self._note_of_sign(values[0])
 
     def _note_of_friction(self, roots: Roots) -> str:
         key, at = self.unknown.key, self._at
