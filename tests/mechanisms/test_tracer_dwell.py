@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 import frictionsim as fs
@@ -222,32 +221,6 @@ def test_without_a_passage_there_is_no_dwell(
     drive: dict[str, Any], duration: float, point: dict[str, Any]
 ) -> None:
     assert value(gear(drive, duration, **point), "tracer_dwell_time") is None
-
-
-def test_a_driven_gear_dwells_as_its_equation_says() -> None:
-    scenario = fs.load("epicyclic").replace({"output.interval": 0.001})
-    result = fs.solve(scenario)
-    dwell = result.quantities["tracer_dwell_time"].value
-    # J phi'' = M - K cos phi - M_A r1/r2 - f N lambda from breakaway on, by another integrator.
-    start = float(result.quantities["breakaway_time"])
-    weight = 9.81 * 1.2
-
-    def slope(t: float, y: Any) -> list[float]:
-        torque = 3.0 * min(t, 1.5) - (0.5 * 0.8 * 9.81 + weight) * 0.18 * np.cos(y[0])
-        friction = 0.15 * 2.0 + 5e-4 * abs(weight * np.sin(y[0])) * 3.0
-        return [y[1], (torque - friction) / 0.06696]
-
-    p = half_angle((0.12, 0.06), 0.06, 5e-3)
-    # The first place after the start, at the outermost point, is at 0 deg.
-    ends = [lambda t, y, at=at: y[0] - at for at in (-p, p)]
-    run = solve_ivp(
-        slope, (start, 2.5), [-0.5 * pi, 0.0], events=ends, rtol=1e-10, atol=1e-12, max_step=0.01
-    )
-    known = float(run.t_events[1][0] - run.t_events[0][0])
-    assert dwell == pytest.approx(known, rel=1e-6)
-    for interval in (0.005, 0.01):  # a quarter and half of a passage
-        coarse = fs.solve(scenario.replace({"output.interval": interval}))
-        assert coarse.quantities["tracer_dwell_time"].value == pytest.approx(known, rel=1e-5)
 
 
 @pytest.mark.parametrize(

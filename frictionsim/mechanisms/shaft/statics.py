@@ -219,10 +219,10 @@ class _Breakaway:
         unknown, begin, end, where = self.unknown, self._angle - 180, self._angle + 180, ""
         if stops := self._scenario.effects.end_stops:
             lowest, highest = stops.lowest_angle_deg, stops.highest_angle_deg
-            turn = begin, end
+            whole = begin, end
             begin = begin if lowest is None else max(begin, lowest)
             end = end if highest is None else min(end, highest)
-            where = "between the end stops" if (begin, end) != turn else ""
+            where = "between the end stops" if (begin, end) != whole else ""
         if where:
             self.notes.append(
                 f"the smallest and the largest {unknown.key} are those {where}, from"
