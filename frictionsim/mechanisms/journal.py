@@ -48,6 +48,11 @@ CHANNELS = {
 }
 
 
+def moment_of(inertia: float, of: Any) -> Any:
+    """Return |M|, N m, of all but dry friction, which accelerates an inertia, kg m^2, with it."""
+    return abs(inertia * of["angular_acceleration"] - of["friction_torque"])
+
+
 def journal_channels(effect: ShaftFriction | None, inertia: float) -> "Mapping[str, Derived]":
     """Return how the channels of a journal follow from the columns of a run; see `Derived`.
 
@@ -63,7 +68,7 @@ def journal_channels(effect: ShaftFriction | None, inertia: float) -> "Mapping[s
     r_s = effect.static_radius
 
     def moment(of: Any) -> Any:
-        return abs(inertia * of["angular_acceleration"] - of["friction_torque"])
+        return moment_of(inertia, of)
 
     def limit(of: Any) -> Any:
         return r_s * effect.load_of(of["shaft_reaction"])

@@ -12,6 +12,8 @@ import numpy as np
 
 from frictionsim.display import BLACK
 from frictionsim.mechanisms.effects import ShaftFriction
+from frictionsim.mechanisms.journal import moment_of
+from frictionsim.motion.samples import scenario_in
 from frictionsim.plots.kinds import KINETIC
 from frictionsim.plots.over_time import within
 from frictionsim.plots.style import (
@@ -48,7 +50,7 @@ def friction(
     effect = scenario_of(record).get("effects", {}).get("shaft_friction")
     names = ["angular_velocity", "friction_torque"]
     names += ["lever_arm", "shaft_reaction"] if effect else ["angular_acceleration"]
-    require_channels(record, "friction", [*names, *([] if effect else ["energy_kinetic"])])
+    require_channels(record, "friction", names)
     of = _rows(within(record, window), names)
     w, T = of["angular_velocity"], of["friction_torque"]
     set_height(figure, HEIGHT)
@@ -66,7 +68,7 @@ def friction(
         with np.errstate(divide="ignore", invalid="ignore"):
             shown, words, unit = T / limit, "friction over its static limit", "1"
     else:
-        moment = np.abs(_inertia(record) * of["angular_acceleration"] - T)
+        moment = moment_of(scenario_in(record).mechanism.inertia, of)
         shown, words, unit = T, "friction", "N m"
     (handles["run"],) = left.plot(moment, np.abs(T), **line_look(0))
     right.plot(w, shown, **line_look(0))
@@ -100,17 +102,6 @@ def _rows(record: "Record", names: Sequence[str]) -> Mapping[str, Any]:
     return {
         name: np.insert(values.astype(float), jumps, np.nan) for name, values in columns.items()
     }
-
-
-def _inertia(record: "Record") -> float:
-    """Return the moment of inertia, kg m^2, from the energy at the largest speed; 0 at rest."""
-    w = np.asarray(record.channels["angular_velocity"])
-    fastest = int(np.argmax(np.abs(w)))
-    return (
-        float(2.0 * record.channels["energy_kinetic"][fastest] / w[fastest] ** 2)
-        if w[fastest]
-        else 0.0
-    )
 
 
 def _kinetic_radius(journal: ShaftFriction, w: Any) -> Any:

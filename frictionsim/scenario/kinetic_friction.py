@@ -29,6 +29,7 @@ from frictionsim.scenario.signals import linear
 MAX_POWER, MAX_EXPONENT = 7.0, 700.0  # exp(-exp(7)) is 0, exp(700) a number
 FAR = 3.4  # exp(-exp(3.4)) is 1e-13: slower than that, a Stribeck curve differs from its limit
 ROUNDING = 1e-12  # of a speed at a corner, relative
+EXPONENT = "Exponent of the speed; 2, of a Gaussian curve, if left out."
 
 FORMS_OF_FRICTION = "{speed = [...], value = [...]} or {stribeck = {...}}"
 # Parts of the location of a validation error which are no keys: tags of the forms.
@@ -167,7 +168,7 @@ def _models(of: str, unit: str, fast: str, speed_unit: str) -> tuple[Any, Any, A
     keys: dict[str, Any] = {
         fast: (float, unit_field(unit, "Value at high speed.", ge=0)),
         "speed": (float, unit_field(speed_unit, "Speed over which it falls.", gt=0)),
-        "exponent": (float, unit_field("1", "Exponent of the speed.", gt=0)),
+        "exponent": (float, unit_field("1", EXPONENT, 2.0, gt=0)),
     }
 
     def model(name: str, base: type[Params], words: str | None, **fields: Any) -> Any:

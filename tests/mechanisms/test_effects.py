@@ -33,9 +33,14 @@ AUDITS = {
 }
 
 
-@pytest.mark.parametrize("named", [(), ("viscous_damping",), ("shaft_friction",), tuple(OF_EFFECT)])
 @pytest.mark.parametrize(
-    ("law", "backend"), [("set-valued", "events"), ("set-valued", "rkf45"), ("published", "rkf45")]
+    ("named", "law", "backend"),
+    [
+        ((), "set-valued", "events"),
+        (("viscous_damping",), "set-valued", "rkf45"),
+        (("shaft_friction",), "published", "rkf45"),
+        (tuple(OF_EFFECT), "set-valued", "events"),
+    ],
 )
 def test_only_named_effects_leave_a_trace(named: tuple[str, ...], law: str, backend: str) -> None:
     left_out = {f"effects__{name}": None for name in OF_EFFECT if name not in named}
@@ -50,7 +55,7 @@ def test_only_named_effects_leave_a_trace(named: tuple[str, ...], law: str, back
     assert set(run.checks) == {"energy_balance"}.union(located, *(AUDITS[name] for name in named))
 
 
-@pytest.mark.parametrize("force", [3000.0, 2500.0, 1000.0])
+@pytest.mark.parametrize("force", [3000.0, 1000.0])
 def test_absent_effects_have_no_terms(force: float) -> None:
     """Nothing but the force and the load turns the pulley, at any angle and speed."""
     run = simulate(pulley(effects=None, drive__force=force))
@@ -70,15 +75,6 @@ def test_absent_effects_are_bit_identical_to_effects_of_zero_strength() -> None:
     assert zero.channels.keys() - absent.channels.keys() == {"energy_damping"}
     for name, channel in absent.channels.items():
         assert np.array_equal(channel, zero.channels[name]), name
-
-
-def test_absent_friction_equals_friction_of_zero_strength() -> None:
-    none = {"shaft_radius": 0.0254, "mu_s": 0.0, "mu_k": 0.0}
-    regular = {"output__at_events": False}  # only one of them has events
-    absent = simulate(pulley(effects__shaft_friction=None, **regular))
-    zero = simulate(pulley(effects__shaft_friction=none, **regular))
-    # With friction the solver stops at each reversal, so the steps differ.
-    assert zero.channels["angle"] == pytest.approx(absent.channels["angle"], rel=1e-8, abs=1e-9)
 
 
 def test_samples_are_at_multiples_of_the_interval_and_at_the_end() -> None:

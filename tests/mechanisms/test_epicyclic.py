@@ -5,14 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import frictionsim as fs
 from tests.support.cases import one_in, slow
-from tests.support.examples import examples
 from tests.support.problems import assert_agrees, cases
-from tests.support.scenarios import Scenario, changed, shipped, simulate
+from tests.support.scenarios import Scenario, changed, shipped, simulate, sound
 
 
 def gear(**changes: Any) -> Scenario:
@@ -28,7 +25,7 @@ def gear(**changes: Any) -> Scenario:
 
 
 @pytest.mark.parametrize("backend", ["events", slow("rkf45")])
-@pytest.mark.parametrize("case", one_in(2, cases("epicyclic")), ids=lambda case: case["name"])
+@pytest.mark.parametrize("case", one_in(6, cases("epicyclic")), ids=lambda case: case["name"])
 def test_motion_agrees_with_the_reference(case: dict[str, Any], backend: str) -> None:
     data = case["scenario"]
     data["solver"] |= {"backend": backend, "rtol": 1e-11, "atol": 1e-13}
@@ -87,18 +84,11 @@ def test_friction_reverses_with_the_prescribed_speed() -> None:
     assert [name for name, check in run.checks.items() if not check.ok] == []
 
 
-@examples(10)
-@given(st.floats(-300.0, -1.0), st.floats(-180.0, 180.0))
-def test_a_drive_of_any_slowness_passes_the_audit(size: float, degrees: float) -> None:
+@pytest.mark.parametrize("speed", [1e-300, 1e-30, 1e-3])
+def test_a_drive_of_any_slowness_passes_the_audit(speed: float) -> None:
     """The slower it raises the crank, the less the potential energy tells of its work."""
-    data = gear(
-        drive={"speed": 10.0**size},
-        mechanism__initial_angle_deg=degrees,
-        effects__hinge_friction=None,
-        effects__rolling_friction=None,
-        output__interval=0.1,
-    )
-    assert [name for name, check in simulate(data).checks.items() if not check.ok] == []
+    bare = {"effects__hinge_friction": None, "effects__rolling_friction": None}
+    sound(gear(drive={"speed": speed}, mechanism__initial_angle_deg=50.0, **bare))
 
 
 def test_without_gravity_there_is_no_weight() -> None:
@@ -160,6 +150,10 @@ def test_torques_of_impending_motion_bound_the_stick_band() -> None:
     assert quantities["torque_to_start_forward"].value == pytest.approx(balance + limit, rel=1e-14)
     assert quantities["torque_to_start_backward"].value == pytest.approx(balance - limit, rel=1e-14)
     assert quantities["uniform_torque_mean_published"].value == pytest.approx(0.45, rel=1e-14)
+    assert quantities["gravity_moment"].value == pytest.approx(2.82528, rel=1e-12)
+    published = fs.static(gear(mechanism__formulation="published"))
+    assert published["gravity_moment"].value == pytest.approx(4.94424, rel=1e-12)  # as printed
+    assert not any(name.startswith("torque_to_start") for name in published)
 
 
 @pytest.mark.parametrize(
@@ -212,37 +206,3 @@ def test_the_extremes_of_eq_28_are_those_of_a_turn() -> None:
             assert values[f"uniform_torque_{name}"] == pytest.approx(extreme, abs=2e-8 * size)
         assert values["uniform_torque_max"] >= sampled.max() - 1e-14 * size
         assert values["uniform_torque_min"] <= sampled.min() + 1e-14 * size
-
-
-starts = st.floats(-180.0, 180.0)
-speeds = st.floats(-10.0, 10.0)
-torques = st.floats(-6.0, 6.0)
-loads = st.sampled_from(["weight", "radial"])
-
-
-def free(angle: float, speed: float, torque: float, load: str, **solver: Any) -> Scenario:
-    return gear(
-        mechanism__initial_angle_deg=angle,
-        mechanism__initial_angular_velocity=speed,
-        drive__torque=torque,
-        effects__rolling_friction__normal_load=load,
-        **solver,
-    )
-
-
-@examples(8)
-@given(starts, speeds, torques, loads, st.floats(0.1, 10.0))
-def test_masses_and_torques_scale_together(
-    angle: float, speed: float, torque: float, load: str, a: float
-) -> None:
-    data = free(angle, speed, torque, load)
-    scaled = changed(
-        data,
-        mechanism__crank_mass=0.8 * a,
-        mechanism__planet_mass=1.2 * a,
-        drive__torque=torque * a,
-        effects__hinge_friction={"torque_static": 0.15 * a, "torque_kinetic": 0.15 * a},
-    )
-    assert simulate(scaled).channels["angle"] == pytest.approx(
-        simulate(data).channels["angle"], abs=1e-7
-    )

@@ -1,6 +1,6 @@
 """The marble machine: torques of the paper, reconstruction, motion."""
 
-from math import degrees, hypot, inf, nextafter, pi, radians, sqrt
+from math import degrees, hypot, pi, radians, sqrt
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,6 @@ from tests.support.cases import one_in, slow
 from tests.support.problems import assert_agrees, cases
 from tests.support.scenarios import (
     Scenario,
-    changed,
-    run_anew,
     shipped,
     simulate,
 )
@@ -93,7 +91,7 @@ def test_motor_margin_agrees_with_the_paper() -> None:
 
 
 @pytest.mark.parametrize("backend", ["events", slow("rkf45")])
-@pytest.mark.parametrize("case", one_in(2, cases("marble_machine")), ids=lambda case: case["name"])
+@pytest.mark.parametrize("case", one_in(4, cases("marble_machine")), ids=lambda case: case["name"])
 def test_motion_agrees_with_the_reference(case: dict[str, Any], backend: str) -> None:
     data = case["scenario"]
     data["solver"] |= {"backend": backend, "rtol": 1e-11, "atol": 1e-13}
@@ -104,17 +102,6 @@ def test_motion_agrees_with_the_reference(case: dict[str, Any], backend: str) ->
     transfers = [e.time for e in run.transitions if e.contact == "transfer"]
     assert len(transfers) == case["transfer_count"]
     assert transfers[: len(case["transfers"])] == pytest.approx(case["transfers"], abs=1e-8)
-
-
-@pytest.mark.parametrize(
-    ("azimuth", "relieves"),
-    [(102.6007, False), (-142.6007, False), (37.3993, True), (-77.3993, True)],
-)
-def test_four_azimuths_have_the_paper_s_mesh_force(azimuth: float, relieves: bool) -> None:
-    sideways, down = mesh_of(statics(mechanism__mesh_azimuth_deg=azimuth))
-    assert 1 / abs(sideways) == pytest.approx(20.07e-3, abs=1e-8)  # the azimuth's digits
-    assert 1 / abs(down) == pytest.approx(31.38175e-3, abs=3e-8)
-    assert (down < 0) == relieves
 
 
 def mesh_of(values: dict[str, float | None]) -> tuple[float, float]:
@@ -240,32 +227,3 @@ def test_steady_speed_balances_motor_load_and_friction() -> None:
     assert run.channels["angular_velocity"][-1] == pytest.approx(
         speed, rel=1e-8
     )  # digits of the lever arms
-
-
-def test_only_named_effects_leave_a_trace() -> None:
-    run = simulate(machine(effects=None))
-    channels = run.channels
-    absent = {"load_torque", "friction_torque", "mode", "energy_potential", "energy_friction"}
-    assert absent.isdisjoint(channels)
-    assert run.statistics.states == 3
-    assert moves(run) == []
-
-
-def largest_change(one: Record, other: Record) -> float:
-    """Return the largest change of a channel, relative to its scale."""
-    sizes = {name: np.max(np.abs(values)) for name, values in one.channels.items()}
-    return max(
-        float(np.max(np.abs(values - other.channels[name])) / sizes[name])
-        for name, values in one.channels.items()
-        if sizes[name] > 0.0
-    )
-
-
-@pytest.mark.parametrize("name", ["marble_machine", "hard/motor_runs_back"])
-def test_the_last_digit_of_a_radius_changes_a_run_by_little(name: str) -> None:
-    """Steps are chosen by estimates of tiny errors, so that rounding changes them by more."""
-    data = shipped(name)
-    run, radius = run_anew(data), data["mechanism"]["pinion_radius"]
-    nearest = [nextafter(radius, direction) for direction in (-inf, inf)]
-    others = [run_anew(changed(data, mechanism__pinion_radius=value)) for value in nearest]
-    assert 0.0 < max(largest_change(run, other) for other in others) < 1e-9

@@ -73,7 +73,7 @@ def references(marks: dict[str, pytest.MarkDecorator]) -> list[Any]:
 
 
 @pytest.mark.parametrize(
-    "case", one_in(2, references(dict.fromkeys((TINY_INERTIA, *DEAR), pytest.mark.slow)))
+    "case", one_in(7, references(dict.fromkeys((TINY_INERTIA, *DEAR), pytest.mark.slow)))
 )
 def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
     data = case["scenario"]
@@ -94,7 +94,7 @@ def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     "case",
     one_in(
-        4, references(dict.fromkeys(DEAR, pytest.mark.slow) | {TINY_INERTIA: pytest.mark.nightly})
+        12, references(dict.fromkeys(DEAR, pytest.mark.slow) | {TINY_INERTIA: pytest.mark.nightly})
     ),
 )
 def test_rkf45_agrees_with_the_reference_to_its_tolerance(case: dict[str, Any]) -> None:

@@ -25,7 +25,7 @@ def times(scenario: fs.Scenario) -> tuple[float | None, float | None]:
     return quantities["breakaway_time"].value, quantities["last_rest_time"].value
 
 
-@pytest.mark.parametrize(("torque", "highest"), [(1.0, 1.0), (2.0, 1.0), (0.5, 3.0), (3.0, 0.2)])
+@pytest.mark.parametrize(("torque", "highest"), [(1.0, 1.0), (3.0, 0.2)])
 def test_a_body_without_friction_comes_to_rest_on_its_stop(torque: float, highest: float) -> None:
     breakaway, rest = times(body(torque, highest))
     assert breakaway is None

@@ -1,7 +1,7 @@
 """Bodies on a shaft: what locks them, long rests, loads near zero and narrow tables."""
 
 import random
-from itertools import pairwise, product
+from itertools import pairwise
 from math import atan, cos, degrees, exp, hypot, log, log1p, pi, radians, sin, sqrt
 from typing import Any
 
@@ -11,10 +11,9 @@ from scipy.integrate import solve_ivp
 
 import frictionsim as fs
 from frictionsim.results import failures
-from tests.support.cases import one_in, slow
 from tests.support.scenarios import Scenario, changed, simulate
 from tests.support.second_way import signal
-from tests.support.shaft_scenarios import shaft_scenario, sine
+from tests.support.shaft_scenarios import shaft_scenario
 
 # --- what locks a body
 
@@ -96,8 +95,7 @@ def test_a_size_that_is_unknown_locks_and_a_radius_does_not() -> None:
 # --- sums and sizes
 
 
-@pytest.mark.parametrize("size", [1e-306, 1e-310, 1e-320, 5e-324])
-@pytest.mark.parametrize("friction", [True, False])
+@pytest.mark.parametrize(("size", "friction"), [(1e-310, True), (5e-324, False)])
 def test_a_size_of_which_no_digits_are_left_is_none(size: float, friction: bool) -> None:
     """A number below the smallest normal one has few digits, and its products fewer."""
     for one in (size, {"time": [0.0, 1.0], "value": [0.0, size]}):
@@ -107,19 +105,6 @@ def test_a_size_of_which_no_digits_are_left_is_none(size: float, friction: bool)
         result = simulate(data)
         assert result.status == "done"
         assert abs(result.channels["angle"][-1]) < 1e-300
-
-
-@pytest.mark.slow
-def test_two_thousand_loads_are_summed() -> None:
-    """The sum is a loop: a sum of functions of two would be nested too deep to be called."""
-    data = shaft_scenario([force(size=sine(0.1, 0.01, 1.0))] * 1000, [sine(0.1, 0.01, 1.0)] * 1000)
-    for table in ("forces", "couples"):
-        data[table] = [{**part, "name": f"{table}{i}"} for i, part in enumerate(data[table])]
-    few = shaft_scenario([force(size=sine(100.0, 10.0, 1.0))], [sine(100.0, 10.0, 1.0)])
-    short = {"solver": {"duration": 1e-3, "rtol": 1e-6}, "output": {"interval": 5e-4}}
-    many, one = simulate(data | short), simulate(few | short)
-    assert many.channels["angle"][-1] != 0.0
-    assert many.channels["angle"] == pytest.approx(one.channels["angle"], rel=1e-9)
 
 
 # --- rest
@@ -141,15 +126,15 @@ def loaded(couple: Any, forces: list[Scenario], **solver: Any) -> Scenario:
 
 @pytest.mark.parametrize("backend", ["events", "rkf45"])
 def test_a_rest_costs_no_more_with_many_periods(backend: str) -> None:
-    """A hundred thousand periods, each up to 99 % of the limit, of which none can move it."""
+    """Five thousand periods, each up to 99 % of the limit, of which none can move it."""
     wave = {"sine": {"amplitude": 1.19, "frequency_hz": 1000.0, "phase_deg": 50.0}}
-    data = loaded(wave, [], duration=100.0, backend=backend)
-    data["output"]["interval"] = 50.0
+    data = loaded(wave, [], duration=5.0, backend=backend)
+    data["output"]["interval"] = 2.5
     record = simulate(data)
     assert record.status == "done"
     assert record.transitions == []
     assert record.statistics is not None
-    assert record.statistics.rhs_evaluations < 1000
+    assert record.statistics.rhs_evaluations < 100
 
 
 def drawn_size(rng: random.Random, size: float) -> Any:
@@ -173,7 +158,7 @@ def excess(data: Scenario, time: Any, s: float) -> Any:
     return s * torque - 0.012 * np.hypot(across, up)
 
 
-@pytest.mark.parametrize(("backend", "draws"), [("events", 24), slow("events", 60), ("rkf45", 12)])
+@pytest.mark.parametrize(("backend", "draws"), [("events", 15), ("rkf45", 8)])
 def test_a_body_breaks_away_at_the_first_excess(backend: str, draws: int) -> None:
     """Of drawn loads, against 2000 values in the duration: none is passed over."""
     rng, time = random.Random(7), np.linspace(0.0, 1.0, 2001)
@@ -234,13 +219,6 @@ def reversing(eccentric: dict[str, float] | None) -> dict[str, Any]:
 
 def final_angle(data: dict[str, Any]) -> float:
     return float(simulate(data).channels["angle"][-1])
-
-
-@pytest.mark.parametrize("eccentric", [{"mass": 1.0, "radius": 0.0}, {"mass": 0.0, "radius": 1.0}])
-def test_an_eccentric_mass_without_first_moment_changes_nothing(
-    eccentric: dict[str, float],
-) -> None:
-    assert final_angle(reversing(eccentric)) == final_angle(reversing(None))
 
 
 def test_a_rotor_that_nothing_but_its_eccentric_mass_loads_coasts_down() -> None:
@@ -345,13 +323,13 @@ def body(size: Any, backend: str, rtol: float, **effects: Any) -> Scenario:
 
 
 @pytest.mark.parametrize(
-    ("width", "mu_k", "rtol", "backend"),  # by default every width and each of the others
-    one_in(
-        5,
-        product(
-            [0.4, 0.1, 1e-2, 1e-3, 1e-4, 1e-6], [None, 0.2], [1e-6, 1e-11], ["events", "rkf45"]
-        ),
-    ),
+    ("width", "mu_k", "rtol", "backend"),
+    [
+        (0.4, None, 1e-6, "events"),
+        (1e-2, 0.2, 1e-11, "rkf45"),
+        (1e-4, None, 1e-11, "events"),
+        (1e-6, 0.2, 1e-6, "rkf45"),
+    ],
 )
 def test_a_narrow_notch_over_the_speed_is_not_passed_over(
     width: float, mu_k: float | None, rtol: float, backend: str
@@ -371,9 +349,10 @@ def test_a_narrow_notch_over_the_speed_is_not_passed_over(
     assert speed == pytest.approx(exact, abs=1e3 * rtol * NOTCH + 1e-13)
 
 
-@pytest.mark.parametrize("backend", ["events", "rkf45"])
-@pytest.mark.parametrize("rtol", [1e-6, 1e-11])
-@pytest.mark.parametrize("width", [40.0, 1.0, 0.1, 1e-3])
+@pytest.mark.parametrize(
+    ("width", "rtol", "backend"),
+    [(40.0, 1e-11, "rkf45"), (1.0, 1e-6, "events"), (0.1, 1e-6, "rkf45"), (1e-3, 1e-11, "events")],
+)
 def test_a_narrow_detent_over_the_angle_is_not_passed_over(
     width: float, rtol: float, backend: str
 ) -> None:

@@ -12,8 +12,8 @@ from mpmath import mp, mpf
 import frictionsim as fs
 from frictionsim.errors import ScenarioError
 from tests.support import shaft_balance
+from tests.support.examples import examples
 from tests.support.scenarios import SCENARIOS, Scenario, changed
-from tests.support.shaft_scenarios import mirrored
 
 DIRECTIONS = {"counter_clockwise": 1, "clockwise": -1}
 TOLERANCE = mpf("1e-12")
@@ -68,6 +68,7 @@ def misses(values: list[tuple[float, int]], wanted: list[tuple[Any, int]]) -> li
     ]
 
 
+@examples(12)
 @given(shaft_balance.scenarios())
 def test_roots_are_those_of_many_digits(data: Scenario) -> None:
     quantities = solved(data)
@@ -76,22 +77,6 @@ def test_roots_are_those_of_many_digits(data: Scenario) -> None:
     wanted = shaft_balance.roots(data, data["statics"]["angle_deg"])
     assert misses(roots, wanted) == []
     assert len(roots) == sum(1 if sign else 2 for _, sign in wanted)
-
-
-# These turn the other way in a mirror; a size, a distance or a coefficient is the same.
-REVERSED = ("couple.size", "cord_radius", "free_angle_deg")
-
-
-@given(shaft_balance.scenarios())
-def test_a_mirror_exchanges_the_directions(data: Scenario) -> None:
-    opposite = changed(mirrored(data), statics__angle_deg=-data["statics"]["angle_deg"])
-    quantities, seen = solved(data), solved(opposite)
-    assert (quantities is None) == (seen is None)
-    side = -1 if data["statics"]["unknown"].endswith(REVERSED) else 1
-    there = [(side * value, -sign) for value, sign in roots_of(seen or {})]
-    here = roots_of(quantities or {})
-    assert len(here) == len(there)
-    assert misses([(float(x), s) for x, s in here], [(mpf(x), s) for x, s in there]) == []
 
 
 # --- degenerate cases
@@ -125,57 +110,47 @@ def of(data: Scenario) -> dict[str, float | None]:
     }
 
 
-def with_effort(**keys: Any) -> Scenario:
-    data = crank()
-    data["forces"][1] |= keys
-    return data
+R_S = mpf("0.25") * mpf("0.75") / mpf("1.25")
+BY_HAND: dict[str, tuple[dict[str, Any], dict[str, Any], dict[str, Any], Any, Any]] = {
+    # of the crank, of its load and its effort; counter-clockwise and clockwise roots
+    "1 x - 0.5 8 = +-0.15 (x + 8)": ({}, {}, {}, [5.2 / 0.85], [2.8 / 1.15]),
+    # x r_s - 4 = -r_s (x + 8): a linear equation; that of the other sign has no root.
+    "an arm as large as the friction radius": (
+        {}, {}, {"cord_radius": 0.15}, [], [float((4 - 8 * R_S) / (2 * R_S))]
+    ),
+    # 4 + 0.1 x = 0.15 |x - 8|: a light effort holds the load, a heavy one its own friction.
+    "an arm below the friction radius": (
+        {}, {}, {"cord_radius": -0.1, "direction": [0.0, 1.0]}, [], [-2.8 / 0.25, 5.2 / 0.05]
+    ),
+    # Its moment vanishes, and a load on the axis is held by any friction.
+    "a force through the axis": (
+        {}, {"cord_radius": -0.1}, {"cord_radius": 0.0, "direction": [1.0, 0.0]}, [], []
+    ),
+    "load and moment vanish together": (
+        {}, {}, {"cord_radius": 0.5, "direction": [0.0, 1.0]}, [8.0], [8.0]
+    ),
+    "every value is a root": ({}, {"size": 0.0}, {"cord_radius": 0.15}, [], []),
+    "no friction": ({"effects": {}}, {}, {}, [4.0], [4.0]),
+    # The load is above the axis, where cosine and sine of 45 deg differ by a rounding.
+    "a root that is zero is no rounding": (
+        {"effects": {}, "statics__angle_deg": 45.0},
+        {"cord_radius": None, "point": [0.5, 0.5]}, {}, [0.0], [0.0]
+    ),
+}  # fmt: skip
 
 
-def test_a_crank_by_hand() -> None:
-    # 1 x - 0.5 8 = +-0.15 (x + 8)
-    assert of(crank()) == {
-        "effort_counter_clockwise": pytest.approx(5.2 / 0.85, rel=1e-15),
-        "effort_clockwise": pytest.approx(2.8 / 1.15, rel=1e-15),
-    }
-
-
-def test_an_arm_as_large_as_the_friction_radius_leaves_one_root() -> None:
-    """x r_s - 4 = -r_s (x + 8): a linear equation; that of the other sign has no root."""
-    data = with_effort(cord_radius=0.15)
-    radius = mpf("0.25") * mpf("0.75") / mpf("1.25")
-    assert of(data) == {
-        "effort_counter_clockwise": None,
-        "effort_clockwise": pytest.approx(float((4 - 8 * radius) / (2 * radius)), rel=1e-14),
-    }
-
-
-@pytest.mark.parametrize(("down", "up"), [([0.0, -1.0], [0.0, 1.0]), ([1.0, 0.0], [-1.0, 0.0])])
-def test_an_arm_below_the_friction_radius_leaves_two_roots_of_one_direction(
-    down: list[float], up: list[float]
-) -> None:
-    """A light effort holds the load, a heavy one in the shaft is held by its own friction."""
-    data = with_effort(cord_radius=-0.1, direction=up)
-    data["forces"][0]["direction"] = down
-    roots = of(data)
-    # 4 + 0.1 x = 0.15 |x - 8|, clockwise: x = -56 or 104/... by hand
-    assert roots == {
-        "effort_counter_clockwise": None,
-        "effort_clockwise": pytest.approx(-2.8 / 0.25, rel=1e-14),
-        "effort_clockwise_second": pytest.approx(5.2 / 0.05, rel=1e-14),
-    }
-
-
-def test_a_force_through_the_axis_may_leave_no_root() -> None:
-    """Its moment vanishes, and a load on the axis is held by any friction."""
-    data = with_effort(cord_radius=0.0, direction=[1.0, 0.0])
-    data["forces"][0]["cord_radius"] = -0.1
-    assert of(data) == {"effort_counter_clockwise": None, "effort_clockwise": None}
-
-
-def test_where_load_and_moment_vanish_together_both_directions_have_the_root() -> None:
-    data = with_effort(cord_radius=0.5, direction=[0.0, 1.0])
-    balanced = pytest.approx(8.0, rel=1e-14)
-    assert of(data) == {"effort_counter_clockwise": balanced, "effort_clockwise": balanced}
+@pytest.mark.parametrize("name", BY_HAND)
+def test_a_crank_by_hand(name: str) -> None:
+    keys, load, effort, forward, backward = BY_HAND[name]
+    data = crank(**keys)
+    for force, changes in zip(data["forces"], (load, effort), strict=True):
+        force |= changes
+    data["forces"] = [{k: x for k, x in f.items() if x is not None} for f in data["forces"]]
+    wanted = {"effort_counter_clockwise": None, "effort_clockwise": None}
+    for way, roots in (("counter_clockwise", forward), ("clockwise", backward)):
+        names = f"effort_{way}", f"effort_{way}_second"
+        wanted |= {n: pytest.approx(x, rel=1e-14) for n, x in zip(names, roots, strict=False)}
+    assert of(data) == wanted
 
 
 def test_a_double_root_is_one() -> None:
@@ -184,35 +159,22 @@ def test_a_double_root_is_one() -> None:
     A load smaller by 1e-9 moves the two roots apart by the square root of that. One that differs
     by a rounding ties.
     """
-    data = with_effort(cord_radius=0.0, direction=[1.0, 0.0])
-    load = data["forces"][0]
+    data = crank()
+    load, effort = data["forces"]
+    effort |= {"cord_radius": 0.0, "direction": [1.0, 0.0]}
     load["cord_radius"], data["couples"][0]["size"] = 0.0, 0.75
-    load["size"] = 5.0
-    assert of(data) == {"effort_counter_clockwise": 0.0, "effort_clockwise": None}
-    for direction in (0.0, 6.0):
-        load["size"] = nextafter(5.0, direction)
+    for size in (5.0, nextafter(5.0, 0.0), nextafter(5.0, 6.0)):
+        load["size"] = size
         assert of(data) == {"effort_counter_clockwise": 0.0, "effort_clockwise": None}
     load["size"] = 5.0 * (1.0 - 1e-9)
-    size = shaft_balance.written(load["size"])
-    root = float(mpmath.sqrt(25 - size**2))  # 0.75^2 = 0.15^2 (load^2 + x^2)
-    assert of(data) == {
+    root = float(mpmath.sqrt(25 - shaft_balance.written(load["size"]) ** 2))
+    assert of(data) == {  # 0.75^2 = 0.15^2 (load^2 + x^2)
         "effort_counter_clockwise": pytest.approx(-root, rel=1e-6),
         "effort_counter_clockwise_second": pytest.approx(root, rel=1e-6),
         "effort_clockwise": None,
     }
     load["size"] = 5.0 * (1.0 + 1e-9)
     assert of(data) == {"effort_counter_clockwise": None, "effort_clockwise": None}
-
-
-def test_every_value_may_be_a_root() -> None:
-    data = with_effort(cord_radius=0.15)
-    data["forces"][0]["size"] = 0.0
-    assert set(of(data).values()) == {None}
-
-
-def test_a_body_without_friction_is_balanced_in_both_directions() -> None:
-    data = crank(effects={})
-    assert of(data) == {"effort_counter_clockwise": 4.0, "effort_clockwise": 4.0}
 
 
 @pytest.mark.parametrize("mu", [1e-3, 1e-9, 1e-30, 1e-300])
@@ -261,17 +223,6 @@ def test_a_shipped_balance_of_decimals_is_exact(unknown: str) -> None:
     assert quantities["lever_arm"].value == 0.0
     label = "mass" if unknown == "mechanism.mass" else "eccentric_mass"
     assert quantities[f"{label}_clockwise"].value == quantities[f"{label}_counter_clockwise"].value
-
-
-def test_roots_that_are_zero_are_no_rounding() -> None:
-    """The load is above the axis, where cosine and sine of 45 deg differ by a rounding."""
-    data = crank(statics__angle_deg=45.0)
-    data["forces"] = [
-        {"name": "load", "size": 8.0, "direction": [0.0, -1.0], "point": [0.5, 0.5]},
-        {"name": "effort", "size": 1.0, "direction": [0.0, -1.0], "cord_radius": 1.0},
-    ]
-    data["effects"] = {}
-    assert of(data) == {"effort_counter_clockwise": 0.0, "effort_clockwise": 0.0}
 
 
 # --- other unknowns and places, and between stops; their notes are in messages/shaft.txt

@@ -154,12 +154,11 @@ class MarbleMachineScenario(SingleDofScenario):
         warnings, motor = super().warnings(), self.drive.motor
         if not self.mechanism.marble_mass * self.effects.g:
             return warnings
-        what = "the stall torque of the motor" if motor else "the torque of the drive"
-        largest = (
-            extremes(self.drive.torque, self.solver.duration)[1]
-            if motor is None
-            else (motor.stall_torque)
-        )
+        if motor is not None:
+            what, largest = "the stall torque of the motor", motor.stall_torque
+        else:
+            _, largest = extremes(self.drive.torque, self.solver.duration)
+            what = "the torque of the drive"
         worst = impending_motion_torques(self)["torque_to_lift_worst"].value
         if worst is None:
             warnings.append(

@@ -1,20 +1,15 @@
 """The statics of a marble machine: its tooth forces, and the torques between which it rests.
 
 At a transfer, n + 1 marbles are on the gear, the first and the last without a torque. Between
-transfers there are n, with the largest torque half a pitch after a transfer.
+transfers there are n, with the largest torque half a pitch after a transfer. The scenario warns by
+these torques: it is no type here.
 """
 
 from math import cos, hypot, pi, radians, sin, sqrt
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 from frictionsim.mechanisms.effects import ROUNDING, radii_of
 from frictionsim.results import Quantities, Quantity, StaticQuantities
-
-if TYPE_CHECKING:
-    from frictionsim.mechanisms.marble_machine.schema import (
-        MarbleMachineParameters,
-        MarbleMachineScenario,
-    )
 
 GRAM_FORCE_CENTIMETRE = 9.80665e-5  # N m
 
@@ -26,7 +21,7 @@ class GearMesh(NamedTuple):
     c_y: float
 
 
-def mesh_of(geometry: "MarbleMachineParameters") -> GearMesh:
+def mesh_of(geometry: Any) -> GearMesh:
     """Return the components of the tooth force per torque on the pinion."""
     alpha = radians(geometry.pressure_angle_deg)
     direction = radians(geometry.mesh_azimuth_deg) + 0.5 * pi + alpha
@@ -41,9 +36,7 @@ class RestLimits(NamedTuple):
     hold: float
 
 
-def limits_at(
-    scenario: "MarbleMachineScenario", radius: float, moment: float, marbles: int
-) -> RestLimits:
+def limits_at(scenario: Any, radius: float, moment: float, marbles: int) -> RestLimits:
     """Solve |k T - M| = r_f R_shaft(T) for the torque T of the pinion, eq 24.
 
     (k^2 - r_f^2 c^2) T^2 - 2 (k M + r_f^2 W c_y) T + M^2 - r_f^2 W^2 = 0,  c^2 = c_z^2 + c_y^2
@@ -66,11 +59,8 @@ def limits_at(
     RestLimits
         If `hold` is negative, friction alone holds the load.
     """
-    geometry, k, journal = (
-        scenario.mechanism,
-        scenario.mechanism.gear_ratio,
-        (scenario.effects.shaft_friction),
-    )
+    geometry, journal = scenario.mechanism, scenario.effects.shaft_friction
+    k = geometry.gear_ratio
     weight = (geometry.gear_mass + marbles * geometry.marble_mass) * scenario.effects.g
     c_z, c_y = mesh_of(geometry)
     if journal is not None and journal.normal_load is not None:
@@ -88,13 +78,13 @@ def limits_at(
     return RestLimits((b + root) / a, (b - root) / a)
 
 
-def moments_of(geometry: "MarbleMachineParameters", g: float) -> tuple[float, float]:
+def moments_of(geometry: Any, g: float) -> tuple[float, float]:
     """Return the moments of the marbles at a transfer and the largest, N m."""
     half, lift = 0.5 * geometry.pitch, geometry.marble_mass * g * geometry.marble_circle_radius
     return lift * cos(half) / sin(half), lift / sin(half)
 
 
-def impending_motion_torques(scenario: "MarbleMachineScenario") -> Quantities:
+def impending_motion_torques(scenario: Any) -> Quantities:
     """Return the torques to lift and to hold: at a transfer, as in the paper, and the largest."""
     geometry, motor = scenario.mechanism, scenario.drive.motor
     r_s, _ = radii_of(scenario.effects.shaft_friction)
@@ -121,7 +111,7 @@ def impending_motion_torques(scenario: "MarbleMachineScenario") -> Quantities:
     return quantities
 
 
-def statics(scenario: "MarbleMachineScenario") -> StaticQuantities:
+def statics(scenario: Any) -> StaticQuantities:
     """Return the torques of impending motion on the pinion (eq 24) and their components."""
     geometry, g, n = scenario.mechanism, scenario.effects.g, scenario.mechanism.carried
     (c_z, c_y), (r_s, r_k) = mesh_of(geometry), radii_of(scenario.effects.shaft_friction)

@@ -450,9 +450,8 @@ class RopesAtSpeed(LiftAtSpeed, RopeLift):
 
 def mechanism_with_masses(scenario: PulleyScenario) -> Mechanism:
     """Return the mechanism, composed of the effects in the scenario."""
-    n, (_, velocity), (weights, torque) = (
-        scenario.lift_parameters, start_of(scenario), largest_loads(scenario)
-    )  # fmt: skip
+    n, (_, velocity) = scenario.lift_parameters, start_of(scenario)
+    weights, torque = largest_loads(scenario)
     kinetic = 0.5 * (n.inertia + (n.m1 + n.m2) * n.r**2) * velocity**2
     is_given = scenario.given_speed is not None
     if scenario.effects.cord_friction is not None:

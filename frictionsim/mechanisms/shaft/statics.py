@@ -245,12 +245,10 @@ class _Breakaway:
         unknown, begin, end, where = self.unknown, self._angle - 180, self._angle + 180, ""
         if stops := self._scenario.effects.end_stops:
             lowest, highest = stops.lowest_angle_deg, stops.highest_angle_deg
-            part = (
-                max(begin, begin if lowest is None else lowest),
-                min(end, end if highest is None else highest),
-            )
-            where = "between the end stops" if part != (begin, end) else ""
-            begin, end = part
+            whole = begin, end
+            begin = begin if lowest is None else max(begin, lowest)
+            end = end if highest is None else min(end, highest)
+            where = "between the end stops" if (begin, end) != whole else ""
         if where:
             self.notes.append(
                 f"the smallest and the largest {unknown.key} are those {where}, from"
