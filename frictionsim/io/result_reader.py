@@ -189,7 +189,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
             events = file.group("events").get("time", ())
             count = len(state[f"{SAMPLES}time"])
             places = places_of_samples(channels["time"][...], events and events[...], count)
-            for name in channels.keys() - {n.removeprefix(SAMPLES) for n in state}:
+            for name in text_of(file["checkpoint"], "in_channels").split():
                 state[SAMPLES + name] = channels[name][...][places].astype(np.float64)
     return Checkpoint(attributes, state)
 

@@ -4,7 +4,8 @@ The group /checkpoint holds the state of the solver to resume from: arrays of fl
 names and meaning are internal to the solver, and the run time so far in s, clock.solving and
 clock.compiling; its attribute `digest` is the SHA-256 of these, the scenario and the version, and
 is checked on resuming. What the state has of each sample, `samples.NAME`, is left out where the
-channel NAME has the same numbers, with more at events or not. Empty groups are omitted.
+channel NAME has the same numbers, with more at events or not: the attribute `in_channels` has these
+names. Empty groups are omitted.
 
 A complete file does not depend on time, place or interruptions of the run. Therefore it has no wall
 times.
@@ -60,7 +61,11 @@ def write(record: Record, path: "Path") -> None:
     OutputError
         If it cannot be written, or would replace another file than a result.
     """
-    state = None if record.checkpoint is None else own_state(record, record.checkpoint)
+    state, in_channels = record.checkpoint, list[str]()
+    if state is not None:
+        in_channels = _names_in_channels(record, state)
+        left_out = {SAMPLES + name for name in in_channels}
+        state = {name: values for name, values in state.items() if name not in left_out}
     arrays = chain(record.channels.values(), record.events.values(), (state or {}).values())
     texts = sum(len(text) for text in record.attributes.values())
     size = sum(values.nbytes for values in arrays) + 4 * texts + OVERHEAD
@@ -70,6 +75,8 @@ def write(record: Record, path: "Path") -> None:
     with replacing(path, RESULT) as part:
         with _Reserved(part, size) as room, h5py.File(room, "w", track_order=True) as file:
             _fill(file, record, state)
+            if state is not None:
+                _set_text(file["checkpoint"], "in_channels", " ".join(in_channels))
         append_trailer(part, RESULT.mark)
 
 
@@ -117,17 +124,12 @@ def write_from_memory(fill: "Callable[[Any], None]", path: "Path", kind: Kind) -
         part.write(image.getbuffer())
 
 
-def own_state(record: Record, state: dict[str, Any]) -> dict[str, Any]:
-    """Return the arrays of a state but for the samples, time excepted, that channels have too."""
+def _names_in_channels(record: Record, state: dict[str, Any]) -> list[str]:
+    """Return the names of the samples of a state, time excepted, that channels have too."""
     time = state.get(f"{SAMPLES}time", ())
     places = places_of_samples(record.time, record.events["time"], len(time))
-    in_channels = (
-        SAMPLES + name
-        for name, channel in record.channels.items()
-        if name != "time" and np.array_equal(channel[places], state.get(SAMPLES + name, ()))
-    )
-    left_out = {*in_channels}
-    return {name: values for name, values in state.items() if name not in left_out}
+    there = [name for name in record.channels if name != "time" and SAMPLES + name in state]
+    return [n for n in there if np.array_equal(record.channels[n][places], state[SAMPLES + n])]
 
 
 def _fill(file: Any, record: Record, state: dict[str, Any] | None = None) -> None:
