@@ -17,10 +17,9 @@ import h5py
 import numpy as np
 
 from frictionsim.errors import InputError, near_files
-from frictionsim.io.checksum import is_damaged
 from frictionsim.io.names import PARTIAL, RUNS, unfinished_beside
-from frictionsim.io.output_file import COSTS, SUFFIXES, UNFINISHED_SWEEP
-from frictionsim.io.result_format import (
+from frictionsim.io.output_file import COSTS, SUFFIXES, UNFINISHED_SWEEP, is_damaged
+from frictionsim.io.result_writer import (
     COUNTS,
     FORMAT_VERSION,
     STATUSES,

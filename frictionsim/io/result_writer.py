@@ -14,20 +14,12 @@ times.
 import os
 from io import BytesIO
 from itertools import chain
-from typing import IO, TYPE_CHECKING, Any, Self
+from typing import IO, TYPE_CHECKING, Any, NamedTuple, Self
 
 import h5py
 import numpy as np
 
-from frictionsim.io.checksum import append_trailer
-from frictionsim.io.output_file import RESULT, Kind, replacing
-from frictionsim.io.result_format import (
-    CONVENTIONS,
-    COUNTS,
-    FORMAT_VERSION,
-    is_numbered,
-    state_digest,
-)
+from frictionsim.io.output_file import RESULT, Kind, append_trailer, replacing
 from frictionsim.results import Channel, Record
 from frictionsim.simulation.sample_store import SAMPLES, places_of_samples
 
@@ -37,6 +29,16 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Flags
 
+FORMAT_VERSION = 2
+STATUSES = ("done", "failed", "interrupted")
+CONVENTIONS = "CF-1.11"
+# The datasets of /solver.
+COUNTS = {
+    "steps": "accepted steps",
+    "rejected": "rejected steps",
+    "rhs_evaluations": "evaluations of the right-hand side",
+    "states": "length of the state vector",
+}
 CHUNK_BYTES = 128 * 1024
 LEVEL = 4  # of compression
 LARGE = 64 * 2**20  # bytes of a result that is not made in memory
@@ -48,6 +50,30 @@ NAMES, PLAIN = map(h5py.h5p.create, (h5py.h5p.LINK_CREATE, h5py.h5p.DATASET_CREA
 NAMES.set_char_encoding(h5py.h5t.CSET_UTF8)
 PLAIN.set_obj_track_times(False)  # the file does not depend on the time at which it is written
 OK: "Flags" = ((0, "failed"), (1, "ok"))
+
+
+class Checkpoint(NamedTuple):
+    """The data to resume a run: the attributes of its file and the state of its solver."""
+
+    attributes: dict[str, str]
+    state: dict[str, Any]
+
+
+def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:
+    """Return the SHA-256 of the arrays of a checkpoint and of the attributes that it depends on.
+
+    These are the root attributes `scenario`, `kind` and `frictionsim_version`.
+    """
+    from hashlib import sha256
+
+    digest = sha256()
+    for key in ("scenario", "kind", "frictionsim_version"):
+        digest.update(repr(str(attributes[key])).encode())
+    for name in sorted(state):
+        values = state[name]
+        digest.update(repr((name, values.dtype.str, values.shape)).encode())
+        digest.update(values.data if values.flags.c_contiguous else values.tobytes())
+    return digest.hexdigest()
 
 
 def write(record: Record, path: "Path") -> None:
@@ -297,3 +323,13 @@ def _storage(values: Any) -> dict[str, Any]:
     rows = max(1, CHUNK_BYTES // (values.dtype.itemsize * values.shape[1]))
     chunks = min(len(values), rows), values.shape[1]
     return {"chunks": chunks, "shuffle": True, "compression": "gzip", "compression_opts": LEVEL}
+
+
+def is_numbered(axis: str, members: tuple[str, ...]) -> bool:
+    """Return whether the members of an axis are numbered; pulleys always have names."""
+    return axis != "pulley" and members == numbered_members(len(members))
+
+
+def numbered_members(count: int) -> tuple[str, ...]:
+    """Return the default names of the members of an axis: their numbers."""
+    return tuple(map(str, range(count)))

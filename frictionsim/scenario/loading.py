@@ -12,7 +12,7 @@ from frictionsim.results import HDF5_SIGNATURE
 from frictionsim.scenario.arguments import toml_text
 from frictionsim.scenario.kinds import kind_names, mechanism_module
 from frictionsim.scenario.model_fields import unknown_key
-from frictionsim.scenario.origin import Origin, origin_of
+from frictionsim.scenario.origin import Origin, near_shipped, origin_of, scenario_file
 from frictionsim.scenario.overrides import (
     REMOVED_TEXT,
     Overrides,
@@ -21,7 +21,6 @@ from frictionsim.scenario.overrides import (
     by_argument,
 )
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.shipped import near_shipped, scenario_file
 from frictionsim.scenario.toml_data import (
     KeyPath,
     KeyPlaces,

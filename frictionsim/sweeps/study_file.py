@@ -26,9 +26,8 @@ from frictionsim.errors import InputError, ScenarioError
 from frictionsim.scenario.loading import load_file, validated
 from frictionsim.scenario.model_fields import names_in, unknown_key
 from frictionsim.scenario.options import Options, by_name
-from frictionsim.scenario.origin import Origin
+from frictionsim.scenario.origin import Origin, scenario_file
 from frictionsim.scenario.schema import inconsistent
-from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import (
     KeyPlaces,
     key_lines,
