@@ -2,36 +2,24 @@
 
 import multiprocessing
 import os
-import random
-import shutil
 import signal
-import subprocess
-import sys
-import time
 from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 
 import pytest
-import tomli_w
 
 import frictionsim as fs
 from tests.support.cases import one_in
 from tests.support.file_sizes import limited_files
 from tests.support.old_results import old_result
-from tests.support.scenarios import SCENARIOS, frictionsim, pulley
+from tests.support.scenarios import SCENARIOS, frictionsim
 from tests.support.stopped_runs import stopped_at
 
 PULLEY = str(SCENARIOS / "pulley.toml")
 OLD = old_result()
 PLAIN = ["solve", PULLEY, "-q", "-o", "a.h5"]
 SHORT = [*PLAIN, "--set", "output.checkpoint=5e-3"]  # a few checkpoints
-# Hundreds of stick-slip cycles, two seconds of run time, a checkpoint every 0.1 s.
-LONG = pulley(
-    drive__force={"sine": {"mean": 2224.1, "amplitude": 1500.0, "frequency_hz": 20.0}},
-    solver={"backend": "rkf45", "duration": 20.0},
-    output={"interval": 0.01, "checkpoint": 0.1},
-)
 
 
 def state_of(target: Path, whole: bytes, before: bytes | None) -> str:
@@ -89,48 +77,6 @@ def test_a_run_stopped_at_any_change_of_a_file_leaves_an_old_or_a_valid_one(
     assert command == SHORT or code == 0
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, bytes, float]:
-    """The scenario of a longer run, its result, and how long it takes, s."""
-    folder = tmp_path_factory.mktemp("whole")
-    scenario = folder / "long.toml"
-    scenario.write_text(tomli_w.dumps(LONG))
-    started = time.perf_counter()
-    assert frictionsim("solve", scenario, "-q", "-o", "whole.h5", cwd=folder).returncode == 0
-    return scenario, (folder / "whole.h5").read_bytes(), time.perf_counter() - started
-
-
-@pytest.mark.nightly
-@pytest.mark.parametrize("seed", range(100, 150))
-@pytest.mark.parametrize("way", ["kills", "signals"])
-def test_many_runs_stopped_at_random_times_leave_an_old_or_a_valid_file(
-    way: str, seed: int, whole: tuple[Path, bytes, float], tmp_path: Path, tally: dict[str, int]
-) -> None:
-    scenario, content, seconds = whole
-    target, before = tmp_path / "a.h5", OLD if way == "kills" and seed % 2 else None
-    if before is not None:
-        target.write_bytes(before)
-    number = signal.SIGKILL if way == "kills" else (signal.SIGINT, signal.SIGTERM)[seed % 2]
-    command = [sys.executable, "-m", "frictionsim", "solve", str(scenario), "-q", "-o", "a.h5"]
-    with subprocess.Popen(command, cwd=tmp_path, text=True, stderr=subprocess.PIPE) as process:
-        time.sleep(random.Random(seed).uniform(0.0, 1.2 * seconds))
-        process.send_signal(number)
-        _, captured = process.communicate()
-    code = process.returncode
-    assert "Traceback" not in captured
-    if way == "signals" and code < 0:  # before the first step
-        assert all(line.startswith("frictionsim: warning: ") for line in captured.splitlines())
-    state = state_of(target, content, before)
-    accepted = {-number, 128 + number}
-    if state == "done":
-        accepted.add(0)
-    elif state in ("absent", "old") and number == signal.SIGINT:
-        accepted.add(1)  # Python itself was starting, which ends so
-    assert code in accepted
-    for name in (way, f"{way} that left the file {state}"):
-        tally[name] = tally.get(name, 0) + 1
-
-
 @pytest.mark.parametrize(
     ("checkpoint", "limit"),
     one_in(2, product([[], ["--set", "output.checkpoint=0.001"]], [4096, 0, 20_000])),
@@ -147,42 +93,6 @@ def test_a_file_size_limit_keeps_the_old_file(
     assert captured.count("warning: checkpoint not written") == tried
     assert Path("a.h5").read_bytes() == OLD
     assert os.listdir() == ["a.h5"]
-
-
-@pytest.mark.root
-def test_a_full_file_system_keeps_the_old_file(tmp_path: Path) -> None:
-    disk = tmp_path / "disk"
-    disk.mkdir()
-    (tmp_path / "old.h5").write_bytes(OLD)
-    elsewhere = tmp_path / "tmp"
-    elsewhere.mkdir()
-    line = (
-        f"mount -t tmpfs -o size=64k none '{disk}' || exit 99; cp '{tmp_path}/old.h5' '{disk}/a.h5'"
-        f"; '{sys.executable}' -m frictionsim solve '{PULLEY}' -q -o '{disk}/a.h5';"
-        f" echo $? $(cksum < '{disk}/a.h5') $(cksum < '{tmp_path}/old.h5') $(ls -A '{disk}')"
-    )
-    unshare = shutil.which("unshare")
-    if unshare is None:
-        pytest.skip("no way to have a mount of one's own")
-    # In its own mount namespace, so that the mount ends with the process.
-    done = subprocess.run(
-        [unshare, "--mount", "sh", "-c", line],
-        capture_output=True,
-        text=True,
-        env={**os.environ, "TMPDIR": str(elsewhere)},
-        timeout=60,
-        check=False,
-    )
-    if not done.stdout:
-        pytest.skip("nothing can be mounted here")
-    code, *checksums, name = done.stdout.split()
-    assert (code, checksums[:2], name) == ("4", checksums[2:], "a.h5")
-    (kept,) = elsewhere.glob("frictionsim-*/a.h5")
-    assert fs.open(kept).status == "done"
-    assert done.stderr == (
-        f"frictionsim: {disk}/a.h5: cannot write the result: No space left on device. The new"
-        f" result is in {kept}: move it from there\n"
-    )
 
 
 def test_two_runs_into_one_file_leave_one_complete_result(here: Path) -> None:
