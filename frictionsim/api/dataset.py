@@ -9,7 +9,7 @@ import numpy as np
 import xarray
 
 from frictionsim.errors import InputError
-from frictionsim.io.result_format import CONVENTIONS, FORMAT_VERSION, is_numbered
+from frictionsim.io.result_writer import CONVENTIONS, FORMAT_VERSION, is_numbered
 from frictionsim.io.sweep_table import (
     RUN,
     SOBOL_NAMES,

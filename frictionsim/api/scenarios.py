@@ -14,8 +14,8 @@ from frictionsim.results import Quantities, StaticQuantities, defined
 from frictionsim.scenario import methods
 from frictionsim.scenario.kinds import KINDS, kind_names, mechanism_module
 from frictionsim.scenario.loading import ScenarioSource, load
+from frictionsim.scenario.origin import shipped_scenarios
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.shipped import shipped_scenarios
 from frictionsim.scenario.toml_data import toml_tables
 
 if TYPE_CHECKING:

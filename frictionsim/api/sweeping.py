@@ -44,8 +44,8 @@ from frictionsim.scenario.arguments import (
 )
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource, read_toml
+from frictionsim.scenario.origin import scenario_file
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import keys_and_values, toml_tables
 from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import (

@@ -8,6 +8,11 @@ A result replaces a result, a sweep a sweep, a picture a picture, and so on; a f
 kind is refused whatever its name is. Kinds are told by how a file begins, and HDF5 also by the line
 with our checksum at its end: without it another program made or changed the file. An empty file may
 be replaced by anything: programs that reserve names create such files.
+
+This line, the trailer of the HDF5 data, has their CRC-32, to detect damage before a file is opened:
+HDF5 has no checksum of its metadata, and its library may crash or hang on a damaged file. It
+ignores data after its end of file and drops them when another program changes the file. Therefore
+a trailer must match, but a missing one is accepted.
 """
 
 import logging
@@ -21,9 +26,9 @@ from pathlib import Path
 from platform import node
 from stat import S_IMODE
 from typing import IO, NamedTuple
+from zlib import crc32
 
 from frictionsim.errors import InputError, OutputError
-from frictionsim.io import checksum
 from frictionsim.results import HDF5_SIGNATURE
 
 LOG = logging.getLogger(__name__)
@@ -34,6 +39,9 @@ END = ".part"
 MAX_STEM = 120  # bytes of a name that its part has
 NEW, PRIVATE = 0o666, 0o600  # modes of a new file, less the umask, and of one that gets another
 SUFFIXES = (".h5", ".hdf5", ".nc")
+MARKS = RESULT_MARK, SWEEP_MARK = b"\nfrictionsim crc32 ", b"\nfrictionsim sweep "
+LENGTH = len(RESULT_MARK) + len(b"01234567\n")
+BLOCK = 1 << 20
 
 
 class Kind(NamedTuple):
@@ -48,12 +56,12 @@ class Kind(NamedTuple):
         """Return whether a file is of this kind."""
         with path.open("rb") as file:
             begins = re.match(self.begins, file.read(HEAD), re.DOTALL) is not None
-            return begins and (not self.mark or checksum.mark_of(file) == self.mark)
+            return begins and (not self.mark or mark_of(file) == self.mark)
 
 
 HDF5 = re.escape(HDF5_SIGNATURE)
-RESULT = Kind("result", "a result", HDF5, checksum.RESULT)
-SWEEP = Kind("sweep", "a sweep", HDF5, checksum.SWEEP)
+RESULT = Kind("result", "a result", HDF5, RESULT_MARK)
+SWEEP = Kind("sweep", "a sweep", HDF5, SWEEP_MARK)
 UNFINISHED_SWEEP = Kind("sweep", "an unfinished sweep", rb'\{"sweep_version": ')
 COSTS = Kind("table", "a table of costs", rb"(#[^\n]*\n)*law,backend,setting,")
 CHANNELS_IN_CSV = Kind("table", "a table of channels in CSV", rb"time \[s\],")
@@ -254,3 +262,36 @@ def _sync_folder(folder: Path) -> None:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
+
+
+def append_trailer(file: IO[bytes], mark: bytes) -> None:
+    """Append the trailer to an open file, whose content is read back."""
+    file.flush()
+    checksum = _crc32_of(file, file.seek(0, os.SEEK_END))
+    file.seek(0, os.SEEK_END)
+    file.write(mark + b"%08x\n" % checksum)
+
+
+def mark_of(file: IO[bytes]) -> bytes:
+    """Return the mark of the trailer of an open file; empty if it has none."""
+    file.seek(max(file.seek(0, os.SEEK_END) - LENGTH, 0))
+    mark = file.read(len(RESULT_MARK))
+    return mark if mark in MARKS else b""
+
+
+def is_damaged(file: IO[bytes]) -> bool:
+    """Return whether an open file has a trailer that does not match its content."""
+    if not mark_of(file):
+        return False
+    stated = file.read()
+    return stated != b"%08x\n" % _crc32_of(file, file.seek(0, os.SEEK_END) - LENGTH)
+
+
+def _crc32_of(file: IO[bytes], length: int) -> int:
+    """Return the checksum of the first bytes; of fewer if the file has been truncated."""
+    checksum = 0
+    file.seek(0)
+    while length > 0 and (block := file.read(min(length, BLOCK))):
+        checksum = crc32(block, checksum)
+        length -= len(block)
+    return checksum

@@ -17,10 +17,9 @@ import h5py
 import numpy as np
 
 from frictionsim.errors import InputError, near_files
-from frictionsim.io.checksum import is_damaged
 from frictionsim.io.names import PARTIAL, RUNS, unfinished_beside
-from frictionsim.io.output_file import COSTS, SUFFIXES, UNFINISHED_SWEEP
-from frictionsim.io.result_format import (
+from frictionsim.io.output_file import COSTS, SUFFIXES, UNFINISHED_SWEEP, is_damaged
+from frictionsim.io.result_writer import (
     COUNTS,
     FORMAT_VERSION,
     STATUSES,
@@ -186,7 +185,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
             raise InputError(f"{path}: cannot resume this run: its checkpoint is damaged")
         if f"{SAMPLES}time" in state:
             channels = {n: i for n, i in file.group("").items() if not _is_axis(n, i)}
-            for name in channels.keys() - {n.removeprefix(SAMPLES) for n in state}:
+            for name in text_of(file["checkpoint"], "in_channels").split():
                 state[SAMPLES + name] = channels[name][...].astype(np.float64)
     return Checkpoint(attributes, state)
 

@@ -4,7 +4,8 @@ The group /checkpoint holds the state of the solver to resume from: arrays of fl
 names and meaning are internal to the solver, and the run time so far in s, clock.solving and
 clock.compiling; its attribute `digest` is the SHA-256 of these, the scenario and the version, and
 is checked on resuming. What the state has of each sample, `samples.NAME`, is left out where the
-channel NAME has the same numbers, with more at events or not. Empty groups are omitted.
+channel NAME has the same numbers, with more at events or not: the attribute `in_channels` has these
+names. Empty groups are omitted.
 
 A complete file does not depend on time, place or interruptions of the run. Therefore it has no wall
 times.
@@ -13,20 +14,12 @@ times.
 import os
 from io import BytesIO
 from itertools import chain
-from typing import IO, TYPE_CHECKING, Any, Self
+from typing import IO, TYPE_CHECKING, Any, NamedTuple, Self
 
 import h5py
 import numpy as np
 
-from frictionsim.io.checksum import append_trailer
-from frictionsim.io.output_file import RESULT, Kind, replacing
-from frictionsim.io.result_format import (
-    CONVENTIONS,
-    COUNTS,
-    FORMAT_VERSION,
-    is_numbered,
-    state_digest,
-)
+from frictionsim.io.output_file import RESULT, Kind, append_trailer, replacing
 from frictionsim.results import Channel, Record
 from frictionsim.simulation.sample_store import SAMPLES
 
@@ -36,6 +29,16 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Flags
 
+FORMAT_VERSION = 2
+STATUSES = ("done", "failed", "interrupted")
+CONVENTIONS = "CF-1.11"
+# The datasets of /solver.
+COUNTS = {
+    "steps": "accepted steps",
+    "rejected": "rejected steps",
+    "rhs_evaluations": "evaluations of the right-hand side",
+    "states": "length of the state vector",
+}
 CHUNK_BYTES = 128 * 1024
 LEVEL = 4  # of compression
 LARGE = 64 * 2**20  # bytes of a result that is not made in memory
@@ -49,6 +52,30 @@ PLAIN.set_obj_track_times(False)  # the file does not depend on the time at whic
 OK: "Flags" = ((0, "failed"), (1, "ok"))
 
 
+class Checkpoint(NamedTuple):
+    """The data to resume a run: the attributes of its file and the state of its solver."""
+
+    attributes: dict[str, str]
+    state: dict[str, Any]
+
+
+def state_digest(attributes: dict[str, Any], state: dict[str, Any]) -> str:
+    """Return the SHA-256 of the arrays of a checkpoint and of the attributes that it depends on.
+
+    These are the root attributes `scenario`, `kind` and `frictionsim_version`.
+    """
+    from hashlib import sha256
+
+    digest = sha256()
+    for key in ("scenario", "kind", "frictionsim_version"):
+        digest.update(repr(str(attributes[key])).encode())
+    for name in sorted(state):
+        values = state[name]
+        digest.update(repr((name, values.dtype.str, values.shape)).encode())
+        digest.update(values.data if values.flags.c_contiguous else values.tobytes())
+    return digest.hexdigest()
+
+
 def write(record: Record, path: "Path") -> None:
     """Write the result file of a run, whole or not at all.
 
@@ -60,7 +87,11 @@ def write(record: Record, path: "Path") -> None:
     OutputError
         If it cannot be written, or would replace another file than a result.
     """
-    state = None if record.checkpoint is None else own_state(record, record.checkpoint)
+    state, in_channels = record.checkpoint, list[str]()
+    if state is not None:
+        in_channels = _names_in_channels(record, state)
+        left_out = {SAMPLES + name for name in in_channels}
+        state = {name: values for name, values in state.items() if name not in left_out}
     arrays = chain(record.channels.values(), record.events.values(), (state or {}).values())
     texts = sum(len(text) for text in record.attributes.values())
     size = sum(values.nbytes for values in arrays) + 4 * texts + OVERHEAD
@@ -70,6 +101,8 @@ def write(record: Record, path: "Path") -> None:
     with replacing(path, RESULT) as part:
         with _Reserved(part, size) as room, h5py.File(room, "w", track_order=True) as file:
             _fill(file, record, state)
+            if state is not None:
+                _set_text(file["checkpoint"], "in_channels", " ".join(in_channels))
         append_trailer(part, RESULT.mark)
 
 
@@ -117,15 +150,10 @@ def write_from_memory(fill: "Callable[[Any], None]", path: "Path", kind: Kind) -
         part.write(image.getbuffer())
 
 
-def own_state(record: Record, state: dict[str, Any]) -> dict[str, Any]:
-    """Return the arrays of a state but for the samples, time excepted, that channels have too."""
-    in_channels = (
-        SAMPLES + name
-        for name, channel in record.channels.items()
-        if name != "time" and np.array_equal(channel, state.get(SAMPLES + name, ()))
-    )
-    left_out = {*in_channels}
-    return {name: values for name, values in state.items() if name not in left_out}
+def _names_in_channels(record: Record, state: dict[str, Any]) -> list[str]:
+    """Return the names of the samples of a state, time excepted, that channels have too."""
+    there = [name for name in record.channels if name != "time" and SAMPLES + name in state]
+    return [n for n in there if np.array_equal(record.channels[n], state[SAMPLES + n])]
 
 
 def _fill(file: Any, record: Record, state: dict[str, Any] | None = None) -> None:
@@ -293,3 +321,13 @@ def _storage(values: Any) -> dict[str, Any]:
     rows = max(1, CHUNK_BYTES // (values.dtype.itemsize * values.shape[1]))
     chunks = min(len(values), rows), values.shape[1]
     return {"chunks": chunks, "shuffle": True, "compression": "gzip", "compression_opts": LEVEL}
+
+
+def is_numbered(axis: str, members: tuple[str, ...]) -> bool:
+    """Return whether the members of an axis are numbered; pulleys always have names."""
+    return axis != "pulley" and members == numbered_members(len(members))
+
+
+def numbered_members(count: int) -> tuple[str, ...]:
+    """Return the default names of the members of an axis: their numbers."""
+    return tuple(map(str, range(count)))

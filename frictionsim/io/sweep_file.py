@@ -41,7 +41,6 @@ import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.io.output_file import SWEEP
-from frictionsim.io.result_format import CONVENTIONS
 from frictionsim.io.result_reader import (
     ResultFile,
     is_unfinished_sweep,
@@ -51,7 +50,7 @@ from frictionsim.io.result_reader import (
     text_of,
     values_of,
 )
-from frictionsim.io.result_writer import TEXT, describe, write_from_memory
+from frictionsim.io.result_writer import CONVENTIONS, TEXT, describe, write_from_memory
 from frictionsim.io.sweep_journal import read_unfinished
 from frictionsim.io.sweep_table import (
     RUN,

@@ -24,8 +24,8 @@ from frictionsim.scenario.model_fields import (
     types_and_choices,
     unit_of,
 )
+from frictionsim.scenario.origin import shipped_scenarios
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.shipped import shipped_scenarios
 from frictionsim.scenario.signal_tables import FORMS, FORMS_OF_MOTION, AngleTable, SpeedTable
 from frictionsim.scenario.toml_data import toml_value
 

@@ -1,18 +1,18 @@
 """Loading of scenarios: from TOML or a dict, and overrides, to a validated model."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 from os import PathLike
 from os.path import isdir
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError, near_files
 from frictionsim.results import HDF5_SIGNATURE
 from frictionsim.scenario.arguments import toml_text
 from frictionsim.scenario.kinds import kind_names, mechanism_module
 from frictionsim.scenario.model_fields import unknown_key
-from frictionsim.scenario.origin import Origin, origin_of
+from frictionsim.scenario.origin import Origin, near_shipped, origin_of, scenario_file
 from frictionsim.scenario.overrides import (
     REMOVED_TEXT,
     Overrides,
@@ -21,10 +21,11 @@ from frictionsim.scenario.overrides import (
     by_argument,
 )
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.shipped import near_shipped, scenario_file
 from frictionsim.scenario.toml_data import (
     KeyPath,
+    KeyPlaces,
     NoUsableText,
+    dotted,
     key_lines,
     number_hint,
     plain,
@@ -81,7 +82,7 @@ def load(
     if isinstance(source, Mapping):
         data = plain(source)
         lines = dict.fromkeys(tables_and_keys(data), 0)
-        place = SourcePlace("scenario", lambda: lines, start=0)
+        place = KeyPlaces("scenario", lambda: lines, start=0)
         return validated(data, place, Origin(), Path(folder), overrides, backend)
     if not isinstance(source, str | PathLike):
         raise InputError(
@@ -99,7 +100,7 @@ def load_file(
 ) -> Scenario:
     """Read and validate a scenario file; `by` is what stands before an override in a message."""
     text, data = read_toml(path)
-    place = SourcePlace(str(path), partial(key_lines, text))
+    place = KeyPlaces(str(path), partial(key_lines, text))
     return validated(data, place, Origin(str(path)), path.parent, overrides, backend, by)
 
 
@@ -129,7 +130,7 @@ def loads(
     """
     if not isinstance(text, str):
         raise InputError(f"loads: expected a scenario as TOML text, got {type(text).__name__}")
-    place = SourcePlace(name, partial(key_lines, text))
+    place = KeyPlaces(name, partial(key_lines, text))
     return validated(_parse(name, text), place, Origin(name), Path(), overrides, backend)
 
 
@@ -180,34 +181,9 @@ def _no_kind(data: dict[str, Any]) -> str:
     return f"expected one of {kinds}, got {toml_text(data['kind'])}"
 
 
-class SourcePlace(NamedTuple):
-    """Where the keys of a scenario stand, for messages.
-
-    Attributes
-    ----------
-    name : str
-        Of the file.
-    lines : callable
-        Returns the line of each key; 0 of tables that are in no file.
-    above : str
-        What stands before each key, of the tables in another file: `study.scenario.`.
-    start : int
-        The line of what is not there.
-    """
-
-    name: str
-    lines: Callable[[], dict[KeyPath, int]]
-    above: str = ""
-    start: int = 1
-
-    def before(self, line: int) -> str:
-        """Return what stands before a key in a message."""
-        return f"{self.name}:{line}: {self.above}" if line else f"{self.name}: {self.above}"
-
-
 def validated(
     data: dict[str, Any],
-    place: SourcePlace,
+    place: KeyPlaces,
     origin: Origin,
     folder: Path | None,
     overrides: Overrides | None,
@@ -223,11 +199,12 @@ def validated(
         scenario = validate(data, folder).with_origin(origin._replace(overrides=texts))
         _check_removed(type(scenario), next(iter(options.values()), ""), texts)
     except ValidationFailure as failure:
-        lines, placed = place.lines(), []
+        placed = []
         for key, message in failure.faults:
-            option = _option_of(key, options, lines)
-            line = 0 if option else _nearest_line(lines, key, place.start)
-            placed.append((line, f"{option or place.before(line)}{key_text(key)}: {message}"))
+            option = _option_of(key, options, place)
+            before = option or f"{place.where(dotted(key))}: {place.above}"
+            line = 0 if option else place.line(dotted(key))
+            placed.append((line, f"{before}{key_text(key)}: {message}"))
         faults = [text for _, text in sorted(placed, key=lambda fault: fault[0])]
         raise ScenarioError(faults) from None
     return scenario
@@ -289,17 +266,10 @@ def _syntax_fault(text: str, error: str) -> str:
     return f":{number}: not valid TOML: {message}, in '{line[:MAX_KEY_LENGTH]}'{hint}"
 
 
-def _option_of(key: KeyPath, options: dict[KeyPath, str], lines: dict[KeyPath, int]) -> str:
+def _option_of(key: KeyPath, options: dict[KeyPath, str], place: KeyPlaces) -> str:
     """Return the option or argument that a key comes from; empty if it is from the source."""
     for path, option in options.items():
-        created = path[: len(key)] == key and key not in lines
+        created = path[: len(key)] == key and dotted(key) not in place.lines
         if key[: len(path)] == path or created:
             return option
     return ""
-
-
-def _nearest_line(lines: dict[KeyPath, int], key: KeyPath, start: int) -> int:
-    """Return the line of a key, or of the innermost enclosing table in the file."""
-    while key and key not in lines:
-        key = key[:-1]
-    return lines.get(key, start)

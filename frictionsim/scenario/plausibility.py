@@ -4,13 +4,10 @@ from collections.abc import Iterator
 from itertools import groupby, pairwise
 from math import floor, inf, log10
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from frictionsim.scenario.schema import Params
 from frictionsim.scenario.signal_tables import PiecewiseLinearTable, SineTable, last_change
-
-if TYPE_CHECKING:
-    from frictionsim.scenario.settings import Scenario
 
 # More do not fit into the memory of an ordinary machine.
 MAX_SAMPLES = 10_000_000
@@ -25,7 +22,7 @@ MAX_DISC = 2e5
 RADII = ("radius", "cord_radius")  # of the body itself
 
 
-def warnings_of(scenario: "Scenario") -> list[str]:
+def warnings_of(scenario: Any) -> list[str]:
     """Return warnings about a scenario whose results may mislead."""
     interval, duration = scenario.interval, scenario.solver.duration
     warnings = list(_questions(scenario))

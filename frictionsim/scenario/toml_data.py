@@ -3,7 +3,8 @@
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cached_property
 from os import PathLike, fsdecode
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
@@ -37,6 +38,47 @@ NUMBER_HINTS = {
 
 class NoUsableText(ValueError):
     """A text that is too large or too deep, or has a number out of range."""
+
+
+class KeyPlaces:
+    """Where keys stand, for messages.
+
+    Parameters
+    ----------
+    name : str
+        Of the file.
+    lines : callable
+        Returns the line of each key by its path; 0 of tables that are in no file.
+    above : str
+        What stands before each key, of the tables in another file: `study.scenario.`.
+    start : int
+        The line of what is not there.
+    """
+
+    def __init__(
+        self, name: str, lines: Callable[[], dict[KeyPath, int]], above: str = "", start: int = 1
+    ) -> None:
+        self.name, self._lines, self.above, self.start = name, lines, above, start
+
+    @cached_property
+    def lines(self) -> dict[str, int]:
+        """The lines by keys with dots."""
+        return {dotted(path): line for path, line in self._lines().items()}
+
+    def line(self, key: str) -> int:
+        """Return the line of a key with dots, or of the innermost table around it."""
+        while key and key not in self.lines:
+            key = key.rpartition(".")[0]
+        return self.lines.get(key, self.start)
+
+    def where(self, key: str) -> str:
+        """Return file and line of a key; the file alone of one that is in no file."""
+        line = self.line(key)
+        return f"{self.name}:{line}" if line else self.name
+
+
+def dotted(path: KeyPath) -> str:
+    return ".".join(map(str, path))
 
 
 def read_text(file: BinaryIO) -> str:

@@ -103,8 +103,7 @@ class CoordinateSimulation(Simulation):
         }
 
     def restore(self, state: Arrays) -> None:
-        for name in self._mechanism.derived:  # a file has them, and they follow from the samples
-            state.pop(SAMPLES + name, None)
+        """Load the state of another simulation of the same scenario."""
         recording, solver = self._recording, self._solver
         step = _restored(Step, "step.", state, solver.state.step, {0, self.states})
         before = solver.state._replace(step=step)

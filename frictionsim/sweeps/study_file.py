@@ -23,13 +23,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from frictionsim.errors import InputError, ScenarioError
-from frictionsim.scenario.loading import SourcePlace, load_file, validated
+from frictionsim.scenario.loading import load_file, validated
 from frictionsim.scenario.model_fields import names_in, unknown_key
 from frictionsim.scenario.options import Options, by_name
-from frictionsim.scenario.origin import Origin
+from frictionsim.scenario.origin import Origin, scenario_file
 from frictionsim.scenario.schema import inconsistent
-from frictionsim.scenario.shipped import scenario_file
-from frictionsim.scenario.toml_data import key_lines, keys_and_values, plain, tables_and_keys
+from frictionsim.scenario.toml_data import (
+    KeyPlaces,
+    key_lines,
+    keys_and_values,
+    plain,
+    tables_and_keys,
+)
 from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
 from frictionsim.sweeps.design import Sampling
 from frictionsim.sweeps.values import (
@@ -151,14 +156,7 @@ class _Tables:
     def __init__(self, data: Mapping[str, Any], name: str, text: str) -> None:
         self.data, self.name, self.faults = data, name, list[str]()
         self.lines = key_lines(text) if text else dict.fromkeys(tables_and_keys(data), 0)
-        self._by_text = {".".join(map(str, path)): line for path, line in self.lines.items()}
-
-    def place(self, key: str) -> str:
-        """Return the file and the line of a key with dots, or of the table around it."""
-        while key and key not in self._by_text:
-            key = key.rpartition(".")[0]
-        line = self._by_text.get(key, 0)
-        return f"{self.name}:{line}" if line else self.name
+        self.place = KeyPlaces(name, lambda: self.lines, start=0).where
 
     def add(self, key: str, message: str) -> None:
         self.faults.append(f"{self.place(key)}: {key}: {message}")
@@ -213,7 +211,7 @@ def _scenario(
     try:
         if isinstance(source, Mapping):
             inside = {path[2:]: n for path, n in tables.lines.items() if path[:2] == above}
-            place = SourcePlace(tables.name, lambda: inside, f"{key}.", inside.pop((), 0))
+            place = KeyPlaces(tables.name, lambda: inside, f"{key}.", inside.pop((), 0))
             return validated(plain(source), place, Origin(), folder, fixed, by=by_set), start
         if folder is None:
             tables.add(

@@ -2,10 +2,7 @@
 
 import multiprocessing
 import os
-import shutil
 import signal
-import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -94,42 +91,6 @@ def test_a_file_size_limit_keeps_the_old_file(
     assert captured.count("warning: checkpoint not written") == tried
     assert Path("a.h5").read_bytes() == OLD
     assert os.listdir() == ["a.h5"]
-
-
-@pytest.mark.root
-def test_a_full_file_system_keeps_the_old_file(tmp_path: Path) -> None:
-    disk = tmp_path / "disk"
-    disk.mkdir()
-    (tmp_path / "old.h5").write_bytes(OLD)
-    elsewhere = tmp_path / "tmp"
-    elsewhere.mkdir()
-    line = (
-        f"mount -t tmpfs -o size=64k none '{disk}' || exit 99; cp '{tmp_path}/old.h5' '{disk}/a.h5'"
-        f"; '{sys.executable}' -m frictionsim solve '{PULLEY}' -q -o '{disk}/a.h5';"
-        f" echo $? $(cksum < '{disk}/a.h5') $(cksum < '{tmp_path}/old.h5') $(ls -A '{disk}')"
-    )
-    unshare = shutil.which("unshare")
-    if unshare is None:
-        pytest.skip("no way to have a mount of one's own")
-    # In its own mount namespace, so that the mount ends with the process.
-    done = subprocess.run(
-        [unshare, "--mount", "sh", "-c", line],
-        capture_output=True,
-        text=True,
-        env={**os.environ, "TMPDIR": str(elsewhere)},
-        timeout=60,
-        check=False,
-    )
-    if not done.stdout:
-        pytest.skip("nothing can be mounted here")
-    code, *checksums, name = done.stdout.split()
-    assert (code, checksums[:2], name) == ("4", checksums[2:], "a.h5")
-    (kept,) = elsewhere.glob("frictionsim-*/a.h5")
-    assert fs.open(kept).status == "done"
-    assert done.stderr == (
-        f"frictionsim: {disk}/a.h5: cannot write the result: No space left on device. The new"
-        f" result is in {kept}: move it from there\n"
-    )
 
 
 def test_two_runs_into_one_file_leave_one_complete_result(here: Path) -> None:

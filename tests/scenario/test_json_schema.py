@@ -1,8 +1,6 @@
 """The JSON schema of scenarios: it takes what loads, and refuses what editors can point at."""
 
-import subprocess
 import sys
-import sysconfig
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,7 +14,7 @@ import frictionsim as fs
 from tests.docs.pages import DOCS
 from tests.support.belt_scenarios import PAIR
 from tests.support.drawn_scenarios import scenarios
-from tests.support.scenarios import ROOT, SCENARIOS, Scenario, changed, pulley
+from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley
 
 sys.path.insert(0, str(DOCS / "_ext"))
 from generated import schemas
@@ -24,10 +22,6 @@ from generated import schemas
 KINDS = fs.kinds()
 SHIPPED = sorted(SCENARIOS.rglob("*.toml"))
 VALIDATORS = {kind: jsonschema.Draft202012Validator(fs.schema(kind)) for kind in (None, *KINDS)}
-TAPLO = Path(sysconfig.get_path("scripts")) / "taplo"
-with_taplo = pytest.mark.skipif(
-    not TAPLO.exists(), reason="taplo is not installed beside this Python"
-)
 
 
 def faults(data: Scenario, kind: str | None = None) -> list[str]:
@@ -74,20 +68,18 @@ def test_random_scenarios_that_load_fit(data: Scenario) -> None:
     assert faults(data | {"solver": resolved["solver"], "output": lists}) == []
 
 
-@pytest.mark.parametrize(
-    "force",
-    [
-        3,
-        -2.5,
-        {"time": [0, 1], "value": [1.0, 2]},
-        {"sine": {"amplitude": 1.0, "frequency_hz": 2.0}},
-        {"smooth_step": {"from": 0, "to": 1, "start": 0, "stop": 1}},
-        {"csv": "a.csv"},
-        {"csv": "a.csv", "time": "t", "value": 3, "delimiter": "\t", "decimal": ","},
-    ],
-)
-def test_all_forms_of_a_signal_fit(force: Any) -> None:
-    assert faults(pulley(drive__force=force)) == []
+FORCES: list[Any] = [
+    3,
+    {"time": [0, 1], "value": [1.0, 2]},
+    {"sine": {"amplitude": 1.0, "frequency_hz": 2.0}},
+    {"smooth_step": {"from": 0, "to": 1, "start": 0, "stop": 1}},
+    {"csv": "a.csv", "time": "t", "value": 3, "delimiter": "\t", "decimal": ","},
+]
+
+
+def test_all_forms_of_a_signal_fit() -> None:
+    for force in FORCES:
+        assert faults(pulley(drive__force=force)) == [], force
 
 
 WRONG: list[tuple[dict[str, Any], str]] = [
@@ -110,15 +102,12 @@ def test_a_wrong_scenario_is_refused(changes: dict[str, Any], message: str) -> N
     assert text.startswith(message)
 
 
-def test_a_lift_has_a_car_in_place_of_a_load() -> None:
+def test_what_a_variant_does_not_have_is_refused() -> None:
     lift = tomllib.loads((SCENARIOS / "lift.toml").read_text())
     assert faults(changed(lift, mechanism__load=0.0)) == []
     assert faults(changed(lift, mechanism__load=5.0)) == ["0 was expected"]
-
-
-def test_a_belt_has_no_absolute_tolerance() -> None:
-    data = changed(tomllib.loads(PAIR), solver__atol=1e-3)
-    assert faults(data) == ["Additional properties are not allowed ('atol' was unexpected)"]
+    belt = changed(tomllib.loads(PAIR), solver__atol=1e-3)
+    assert faults(belt) == ["Additional properties are not allowed ('atol' was unexpected)"]
 
 
 @pytest.mark.parametrize(
@@ -162,21 +151,3 @@ def test_defaults_are_those_of_the_models() -> None:
     assert places["PulleyDrive.direction"]["default"] == "vertical"
     assert "default" not in places["SolverSettings.max_step"]
     assert places["PulleyParameters.cord_radius"]["unit"] == "m"
-
-
-def lint(*paths: Path) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [TAPLO, "lint", "--no-auto-config", *paths],
-        cwd=ROOT,
-        capture_output=True,
-        encoding="utf-8",
-        timeout=120,
-        check=False,
-    )
-
-
-@with_taplo
-def test_taplo_takes_the_shipped_scenarios() -> None:
-    done = lint(*SHIPPED)
-    assert done.returncode == 0, done.stderr
-    assert f"total={len(SHIPPED)} " in done.stderr

@@ -52,6 +52,12 @@ def test_the_extrema_of_a_sine_above_the_resolution_of_time_are_found() -> None:
     assert force.next_extremum(1.0) > 1.0
 
 
+def test_a_long_line_is_read_once() -> None:
+    """Searched for the parts of a key from each of its letters it would take minutes."""
+    with pytest.raises(fs.ScenarioError):
+        fs.loads(f'kind = "pulley"\n{"a" * 900_000}\n')
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="POSIX")
 @pytest.mark.parametrize("path", ["pipe", "/dev/zero"])
 def test_csv_files_are_no_pipes_or_devices(path: str, tmp_path: Path) -> None:
