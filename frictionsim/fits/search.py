@@ -51,7 +51,7 @@ MAX_DESCENTS, NO_GAIN = 10, 1e-6  # along edges, and the relative gain of one th
 BEYOND = 4.0  # steps of differences: where a search along an edge begins
 MAX_BRACKETS = 4
 SECONDS_BETWEEN_TICKS = 0.1
-SECONDS_THAT_PAY = 2.0  # of searches, for a pool of processes
+LONG = 2.0  # s, of searches, from which on a pool of processes makes them
 PARTS = 8  # of the searches of a process, for the balance of their times
 
 
@@ -233,13 +233,13 @@ def minima(searches: Sequence[Search]) -> list[Minimum]:
     """
     problem = searches[0].problem
     evaluations = EVALUATIONS_OF_A_KEY * len(problem.keys) * len(searches)
-    pays = evaluations * problem.seconds_each > SECONDS_THAT_PAY
-    workers = min(available_cores(), len(searches)) if pays else 1
+    is_long = evaluations * problem.seconds_each > LONG
+    workers = min(available_cores(), len(searches)) if is_long else 1
     size, ends = ceil(len(searches) / (PARTS * workers)), list[Minimum]()
     parts = [searches[first : first + size] for first in range(0, len(searches), size)]
     with process_pool(workers) as pool:
         try:
-            with pool.deaths_told():
+            with pool.reporting_deaths():
                 futures = [pool.submit(_apart, part) for part in parts]
                 waiting = {*futures}
                 while waiting:

@@ -115,15 +115,15 @@ def run_blocks(
             while queue and len(pending) < (1 if is_here else 2 * workers.count):
                 runs = _next(queue, workers.count)
                 values = design.combinations(runs.start, runs.stop)
-                with workers.deaths_told():
+                with workers.reporting_deaths():
                     pending[workers.submit(run_some, work, runs.start, values, *steps)] = runs
             for future in wait(pending, SECONDS_BETWEEN_TICKS, FIRST_COMPLETED).done:
-                with workers.deaths_told():
+                with workers.reporting_deaths():
                     block = future.result()
                 if rest := pending.pop(future)[block.runs :]:
                     queue.appendleft(rest)
                 yield block
-            with workers.deaths_told():
+            with workers.reporting_deaths():
                 workers.watch()
             monitor(0.0)
     except _SweepStopped as stopped:

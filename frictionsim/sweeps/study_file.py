@@ -35,7 +35,6 @@ from frictionsim.sweeps.design import Sampling
 from frictionsim.sweeps.values import (
     Distribution,
     VariedValues,
-    values_and_faults,
     values_by_key,
 )
 
@@ -49,7 +48,10 @@ MAX_SEED = 2**63 - 1  # the largest number of TOML
 
 
 def _varied(raw: Any) -> dict[str, VariedValues]:
-    return values_by_key(by_name("KEY=VALUES, e.g. a.b=[1, 2]", str)(raw).items())
+    varied, faults = values_by_key(by_name("KEY=VALUES, e.g. a.b=[1, 2]", str)(raw).items())
+    if faults:
+        raise InputError("\n".join(f"vary {key}: {fault}" for key, fault in faults.items()))
+    return varied
 
 
 class SweepOptions(Options):
@@ -186,7 +188,7 @@ class _Tables:
 def _options(tables: _Tables) -> SweepOptions:
     """Return the variation in the tables of a study; the default one of those with faults."""
     settings = {key: value for key, value in tables.table("study").items() if key != "scenario"}
-    vary, faults = values_and_faults(tables.leaves("vary").items())
+    vary, faults = values_by_key(tables.leaves("vary").items())
     for key, fault in faults.items():
         tables.add(f"vary.{key}", fault)
     if "vary" in settings:

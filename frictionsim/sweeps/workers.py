@@ -48,7 +48,7 @@ class Workers(Executor):
         """Look after workers whose number may change."""
 
     @contextmanager
-    def deaths_told(self) -> Iterator[None]:
+    def reporting_deaths(self) -> Iterator[None]:
         """Raise WorkerDied instead of what calls of a killed worker raise."""
         try:
             yield
