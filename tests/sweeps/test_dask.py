@@ -89,3 +89,10 @@ def test_a_scheduler_that_is_not_there_is_reported(distributed: Any, tmp_path: P
     with pytest.raises(fs.InputError, match=f"dask {address}: no scheduler with workers answers"):
         fs.sweep(PULLEY, VARY, LOOSE, output=tmp_path / "s.h5", dask=address)
     assert os.listdir(tmp_path) == []
+
+
+def test_a_missing_extra_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    missing = r"is not installed; install it with pip install 'frictionsim\[dask\]'"
+    with pytest.raises(fs.InputError, match=missing):
+        fs.sweep(PULLEY, VARY, LOOSE, dask="local:2")
