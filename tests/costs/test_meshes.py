@@ -94,6 +94,14 @@ def test_errors_are_those_of_separate_runs() -> None:
 # --- what a mesh is --------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    ("own", "bodies"), [(150, (60, 150, 300, 600)), (600, (240, 600)), (60, (24, 60, 120, 240))]
+)
+def test_the_default_meshes_are_about_the_scenario_s(own: int, bodies: tuple[int, ...]) -> None:
+    scenario: Any = fs.load(BELT, {"mechanism.belt.bodies": own})
+    assert mesh_study.default_bodies(scenario) == bodies
+
+
 @pytest.mark.parametrize("named", [None, 100])
 def test_a_finer_mesh_has_as_stiff_a_contact(named: int | None) -> None:
     scenario: Any = fs.load(BELT, {"effects.contact.reference_bodies": named})
@@ -154,3 +162,9 @@ def test_a_line_of_a_model_has_the_longest_step_of_each_mesh(tmp_path: Path) -> 
     # Of 24 and of 60 bodies, each with its largest error; without the slower one of 60.
     assert [(1.0, 0.2), (0.1, 0.2)] in drawn
     assert not any((9.0, 0.1) in points for points in drawn if len(points) > 1)
+
+
+def test_a_model_that_needs_a_contact_is_refused_without_one() -> None:
+    overrides = WIDE | {"effects.contact": None, "effects.bending": None}
+    with pytest.raises(fs.InputError, match=r"'corrected' needs \[effects.contact\]"):
+        fs.cost(BELT, overrides, bodies=[24], **CHOSEN)
