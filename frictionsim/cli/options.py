@@ -115,7 +115,7 @@ Scheduler = Annotated[
     typer.Option(
         "--dask",
         metavar="ADDRESS",
-        help="Run on a Dask cluster: tcp://host:8786, or local:N for N local workers.",
+        help="Run on a Dask cluster: tcp://host:8786.",
     ),
 ]
 NoClobber = Annotated[
