@@ -21,7 +21,7 @@ from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import toml_value
 from frictionsim.sweeps.design import GRID, Design
-from frictionsim.sweeps.statistics import indices_of, variation
+from frictionsim.sweeps.statistics import indices_of, sampling_of
 from frictionsim.version import __version__
 
 
@@ -95,7 +95,7 @@ def completed(header: SweepHeader, blocks: Iterable[RunBlock]) -> SweepTable:
     """Return the sweep whose runs are all done, with the Sobol indices of a sample for them."""
     ending = {"status": "done", "reason": ""}
     table = table_of(header._replace(attributes=header.attributes | ending), blocks)
-    sampling = variation(table)[1]
+    sampling = sampling_of(table)
     if sampling is None or not sampling.indices:
         return table
     return table._replace(sobol=indices_of(table, table.values))

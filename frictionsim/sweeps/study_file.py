@@ -31,7 +31,6 @@ from frictionsim.scenario.schema import inconsistent
 from frictionsim.scenario.shipped import scenario_file
 from frictionsim.scenario.toml_data import key_lines, keys_and_values, plain, tables_and_keys
 from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
-from frictionsim.sweeps.design import Sampling
 from frictionsim.sweeps.values import (
     Distribution,
     VariedValues,
@@ -75,11 +74,9 @@ class SweepOptions(Options):
         ]
 
     @property
-    def sampling(self) -> Sampling | None:
-        """The sampling; None without a sample."""
-        if self.sample is None:
-            return None
-        return Sampling(self.sample, self.method, self.seed, self.indices)
+    def sampled_runs(self) -> int:
+        """The number of runs of a sample, with the combinations for Sobol indices."""
+        return (self.sample or 0) * (len(self.vary) + 2 if self.indices else 1)
 
     @model_validator(mode="after")
     def _need_a_sample(self) -> Self:
