@@ -78,16 +78,16 @@ def telling(table: SweepTable, runs: Any = slice(None)) -> list[str]:
     sound = {name: sound_values(table, name)[runs] for name in table.values}
     varying = [name for name, values in sound.items() if not is_constant(values)]
     varying.sort(key=lambda name: LEADING.index(name) if name in LEADING else len(LEADING))
-    # Unit and values of keys, and then of quantities that are told.
+    # Unit and values of keys, and then of the chosen quantities.
     known = [(each.unit, of_key(table, key)[runs]) for key, each in _numbers(table).items()]
-    told = []
+    chosen = []
     for name in varying:
         unit, values = table.units[name], sound[name]
         at = np.isfinite(values)
         if not any(u == unit and np.allclose(v[at], values[at], FLAT, 0.0) for u, v in known):
-            told.append(name)
+            chosen.append(name)
             known.append((unit, np.where(at, values, np.inf)))
-    return told or varying
+    return chosen or varying
 
 
 def _numbers(table: SweepTable) -> dict[str, Any]:
@@ -200,7 +200,7 @@ def indices_of(table: SweepTable, names: Iterable[str]) -> dict[str, SobolIndice
 
 
 def _indices(values: "Array", keys: int, has_rows: bool) -> SobolIndices:
-    if not (~np.isnan(values)).any():
+    if np.isnan(values).all():
         return _none(keys, "the quantity is not defined in any run")
     if is_constant(values, ROUNDING):
         return _none(keys, "the quantity does not vary")
