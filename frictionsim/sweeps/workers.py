@@ -27,6 +27,7 @@ PARENT_SIGNALS = [
 ]
 SECONDS_TO_END = 1.0  # of a pool
 SECONDS_TO_ANSWER = 10.0  # of a scheduler
+VERSION = "frictionsim.version"  # the module
 
 
 def available_cores() -> int:
@@ -212,7 +213,9 @@ def dask_cluster(address: str) -> Iterator[Workers]:
                 f" ({type(error).__name__}); give the address that it printed when it started, and"
                 f" start workers with 'dask worker {address}'"
             ) from None
-        for worker, version in client.run(_version_getter(), on_error="return").items():
+        # A nested function is sent as code, not by name; an ImportError is returned.
+        installed = client.run(lambda: import_module(VERSION).__version__, on_error="return")
+        for worker, version in installed.items():
             if version != __version__:
                 has = version if isinstance(version, str) else "none"
                 raise InputError(
@@ -220,14 +223,3 @@ def dask_cluster(address: str) -> Iterator[Workers]:
                     f" {__version__}: install the same there"
                 )
         yield DaskCluster(client, distributed.KilledWorker)
-
-
-def _version_getter() -> Callable[[], str]:
-    """Return the function of a worker's version: a nested one is sent as code, not by name."""
-
-    def version() -> str:
-        from frictionsim.version import __version__  # an ImportError is returned
-
-        return __version__
-
-    return version
