@@ -202,7 +202,8 @@ def _within_edges(
 ) -> tuple[float, float]:
     """Return an interval of a key, given by places, as far as there are runs.
 
-    `cut` is told where it ends at a bound or an edge, with the other keys at their estimates.
+    A sentence is added to `cut` where it ends at a bound or an edge, with the other keys at their
+    estimates.
     """
     key, inside = problem.keys[j], []
 

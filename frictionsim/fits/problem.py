@@ -220,7 +220,7 @@ class FitProblem:
         return np.unique(np.concatenate((times, ends))).tolist()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out who is told of runs, for another process."""
+        """Leave out the function that counts runs, for another process."""
         return self.__dict__ | {"on_runs": _nobody}
 
     def apart(self) -> "FitProblem":
@@ -377,7 +377,7 @@ class FitProblem:
 
 
 def _nobody(runs: int) -> None:
-    """Tell nobody of runs."""
+    """Count no runs."""
 
 
 def bisected(
