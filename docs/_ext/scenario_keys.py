@@ -36,26 +36,16 @@ TAKEN: Mapping[tuple[type[BaseModel], str], str] = {
 }
 # The forms of a signal whose keys have a table, on the page of scenarios.
 SIGNALS = {"csv": CsvSpeedTable}
+HEADING = ("key", "form", "unit", "default", "range", "meaning")
 
 
 class Table(NamedTuple):
-    """A table of a scenario.
+    """A table of a scenario."""
 
-    Attributes
-    ----------
-    header : str
-        `[effects.gravity]`; empty for the keys above the first table.
-    model : type
-    optional : bool
-        It may be left out.
-    description : str
-        Of the field that holds it; empty where the model's docstring says it.
-    """
-
-    header: str
+    header: str  # `[effects.gravity]`; empty for the keys above the first table
     model: type[BaseModel]
-    optional: bool
-    description: str = ""
+    optional: bool  # it may be left out
+    description: str = ""  # of the field that holds it; empty where the model's docstring says it
 
 
 class Key(NamedTuple):
@@ -78,16 +68,15 @@ def keys(kind: str) -> str:
         if not rows:
             continue
         parts += [f"## `{listed.header}`" if listed.header else "## Top level", _about(listed)]
-        parts.append(table(("key", "form", "unit", "default", "range", "meaning"), rows))
+        parts.append(table(HEADING, rows))
     return "\n\n".join(part for part in parts if part)
 
 
 def signal(form: str) -> str:
     """Return a table with a row for each key of a form of signal, as `csv`."""
     rows = [tuple(key) for key in keys_of(SIGNALS[form])]
-    heading = ("key", "form", "unit", "default", "range", "meaning")
-    used = [i for i in range(len(heading)) if any(row[i] for row in rows)]
-    return table([heading[i] for i in used], [[row[i] for i in used] for row in rows])
+    used = [i for i in range(len(HEADING)) if any(row[i] for row in rows)]
+    return table([HEADING[i] for i in used], [[row[i] for i in used] for row in rows])
 
 
 def model_of(kind: str) -> type[Scenario]:
@@ -203,13 +192,8 @@ def _range(field: FieldInfo) -> str:
         return "≥ 0"
     if get_origin(field.annotation) is Union or not field.metadata:
         return ""
-    ranges = []
-    for bound in field.metadata:
-        for name, sign in BOUNDS.items():
-            limit = getattr(bound, name, None)
-            if limit is not None:
-                ranges.append(f"{sign}{_number(limit)}")
-    return ", ".join(ranges)
+    limits = ((s, getattr(bound, n, None)) for bound in field.metadata for n, s in BOUNDS.items())
+    return ", ".join(f"{sign}{_number(limit)}" for sign, limit in limits if limit is not None)
 
 
 def _number(value: float) -> str:

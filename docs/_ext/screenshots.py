@@ -13,19 +13,9 @@ SETTLED = 1500  # ms, for charts to be drawn
 def take(
     report: Path, picture: Path, scheme: str, place: str = "", time: float | None = None
 ) -> None:
-    """Write a PNG of a report as a browser shows it.
+    """Write a PNG of a report as a browser shows it, in the scheme `light` or `dark`.
 
-    Parameters
-    ----------
-    report : Path
-        In HTML.
-    picture : Path
-    scheme : str
-        `light` or `dark`.
-    place : str
-        CSS selector of what stands at the top; empty for the top of the page.
-    time : float or None
-        Of the clock in s; None for the start.
+    `place` is the CSS selector of what stands at the top, `time` that of the clock in s.
     """
     from PIL import Image
     from playwright.sync_api import sync_playwright

@@ -40,18 +40,18 @@ from frictionsim.results import finite
 from frictionsim.scenario.arguments import as_path
 from frictionsim.scenario.origin import origin_of
 from frictionsim.scenario.toml_data import toml_value
-from frictionsim.sweeps.design import Sampling
 from frictionsim.sweeps.statistics import (
     Group,
     extreme_runs,
     grouped,
     independent_runs,
     is_constant,
+    sampling_of,
     sound_values,
     statistics_of,
-    variation,
     varied_values,
 )
+from frictionsim.sweeps.study_file import SweepOptions
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -266,12 +266,12 @@ def sweep_parts(table: SweepTable, path: Path | None) -> Document:
     InputError is raised if the study in the file is not valid.
     """
     attributes = table.attributes
-    distributions, sampling = variation(table)
+    sampling = sampling_of(table)
     failed, warnings = grouped(_reasons(table)), grouped(table.texts["warnings"])
     varied: dict[str, dict[str, Any]] = {
         key: {
             "unit": coordinate.unit or None,
-            "distribution": distributions[key].text if sampling else None,
+            "distribution": sampling.vary[key].text if sampling else None,
             "values": None if sampling else [plain(value) for value in coordinate.values],
         }
         for key, coordinate in table.coordinates.items()
@@ -334,7 +334,7 @@ def plain(value: Any) -> Any:
     return value.item() if hasattr(value, "item") else value
 
 
-def _summary(table: SweepTable, name: str, sampling: Sampling | None) -> dict[str, Any]:
+def _summary(table: SweepTable, name: str, sampling: SweepOptions | None) -> dict[str, Any]:
     """Return the statistics of a quantity of a sample, else its extremes and where they are."""
     values = sound_values(table, name)
     if sampling is not None:

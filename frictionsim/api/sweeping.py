@@ -136,7 +136,7 @@ def sweep(
     workers : int, optional
         Number of processes, by default as many as there are cores.
     dask : str, optional
-        Address of a Dask scheduler, e.g. ``"tcp://host:8786"``, or ``"local:4"``.
+        Address of a Dask scheduler, e.g. ``"tcp://host:8786"``.
     progress : bool or callable
         True shows a bar on a terminal; a callable is called several times per second with
         a `SweepProgress`.
@@ -169,7 +169,7 @@ def sweep(
             "keep_series", "the results of runs are saved beside an output; give one"
         )
     with study.placed():
-        design = design_of(varied.vary, varied.zip, varied.sampling)
+        design = design_of(varied)
     run = _SweepRun(study, design, header_of(study.scenario, design, text), path)
     return run.run(progress, workers, dask)
 
@@ -230,8 +230,8 @@ def resume_sweep(
         if varied.keep_series:
             for whole in (own, target):
                 _check_series(_series_of(whole), attributes["study"])
-        if varied.sampling is None:
-            design = design_of(varied.vary, varied.zip)
+        if varied.sample is None:
+            design = design_of(varied)
         else:  # not drawn again
             levels = tuple(c.values for c in found.header.coordinates.values())
             design = Design(SAMPLE, tuple(varied.vary), levels)

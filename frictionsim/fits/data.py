@@ -12,11 +12,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, mo
 
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.arguments import ColumnKey
-from frictionsim.scenario.csv_columns import (
-    CsvColumn,
-    NoSuchColumn,
-    read_columns,
-)
+from frictionsim.scenario.csv_columns import CsvColumn, NoSuchColumn, read_columns
 from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.options import (
     ColumnsOption,
@@ -37,9 +33,7 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
     from frictionsim.scenario.settings import Scenario
 
-# Products and quotients of several such numbers do not overflow.
-MAX_NUMBER = 1e50
-MIN_NUMBER = 1e-50
+MIN_NUMBER, MAX_NUMBER = 1e-50, 1e50  # products and quotients of several such do not overflow
 STARTS = 3  # local searches
 MIN_RESAMPLES = 40  # one of which is beyond each end of a 95 % interval
 BOUNDS = "KEY=LOW:HIGH or KEY=LOW:HIGH:START, e.g. effects.shaft_friction.mu_s=0.05:0.4"
@@ -96,19 +90,14 @@ class FitOptions(Options):
     def _faults(self) -> Iterator[tuple[str, str]]:
         """Yield the inconsistent options: the argument and its fault."""
         if 0 < self.bootstrap < MIN_RESAMPLES:
-            yield (
-                "bootstrap",
-                f"expected 0, or at least {MIN_RESAMPLES} resamples for intervals of 95 %, got"
-                f" {self.bootstrap}",
-            )
+            wanted = f"expected 0, or at least {MIN_RESAMPLES} resamples for intervals of 95 %"
+            yield "bootstrap", f"{wanted}, got {self.bootstrap}"
         compared = [*self.channels, *self.quantities]
         if not compared:
             yield "channels", "expected a channel or quantity that was measured; none is given"
         if self.over and self.channels:
-            yield (
-                "over",
-                "the rows of the data are runs, or times of channels; leave out one of them",
-            )
+            fault = "the rows of the data are runs, or times of channels; leave out one of them"
+            yield "over", fault
         if self.data is None and (self.channels or self.over):
             yield "data", "missing; expected a CSV file or columns by name"
         for argument, named in (("sigma", self.sigma), ("units", self.units)):
@@ -202,9 +191,8 @@ class _Columns:
         else:
             self.columns = {column: _mapped(self._data, column) for column in wanted}
         self.values = {name: np.array(self.columns[name].values) for name in wanted}
-        sizes = {str(name): values.size for name, values in self.values.items()}
-        if len(set(sizes.values())) > 1:
-            lengths = ", ".join(f"{name} {size}" for name, size in sizes.items())
+        if len({values.size for values in self.values.values()}) > 1:
+            lengths = ", ".join(f"{name} {values.size}" for name, values in self.values.items())
             raise ArgumentError("data", f"expected columns of one length, got {lengths}")
         for name, values in self.values.items():
             if name in no_gaps and (gaps := np.isnan(values)).any():
@@ -238,9 +226,8 @@ def _mapped(data: Any, name: ColumnKey) -> CsvColumn:
     except (TypeError, ValueError):
         raise ArgumentError("data", f"expected numbers in '{name}'") from None
     if values.ndim != 1 or not values.size:
-        raise ArgumentError(
-            "data", f"expected a list of numbers in '{name}', got an array of shape {values.shape}"
-        )
+        found = f"got an array of shape {values.shape}"
+        raise ArgumentError("data", f"expected a list of numbers in '{name}', {found}")
     if np.isinf(values).any():
         raise ArgumentError("data", f"expected finite numbers in '{name}', got inf")
     _, unit, is_certain = heading(str(name))
@@ -283,16 +270,18 @@ def _channel_targets(source: FitOptions, scenario: "Scenario", drawn: bool) -> l
 def _channel_unit(name: str, scenario: "Scenario") -> str:
     """Return the unit of a channel, which may have a member: `pulley_speed.driven`."""
     base, _, member = name.partition(".")
+    fault = ""
     if base not in scenario.CHANNELS:
         raise ArgumentError("channels", unknown("channel", base, list(scenario.CHANNELS)))
     channel = scenario.CHANNELS[base]
     if channel.integer:
-        raise ArgumentError("channels", f"'{base}' counts or names something; it is not measured")
-    if channel.axis and not member:
-        wanted = f"has a value for each {channel.axis}; give one, e.g. {base}.NAME"
-        raise ArgumentError("channels", f"'{base}' {wanted}")
-    if member and not channel.axis:
-        raise ArgumentError("channels", f"'{base}' has one value; give it without '.{member}'")
+        fault = "counts or names something; it is not measured"
+    elif channel.axis and not member:
+        fault = f"has a value for each {channel.axis}; give one, e.g. {base}.NAME"
+    elif member and not channel.axis:
+        fault = f"has one value; give it without '.{member}'"
+    if fault:
+        raise ArgumentError("channels", f"'{base}' {fault}")
     return channel.unit
 
 
@@ -315,11 +304,9 @@ def _checked_times(
     duration = scenario.solver.duration
     if (late := ~(np.diff(times) > 0.0)).any():
         row = int(late.argmax()) + 1
-        raise ArgumentError(
-            "data",
-            f"{columns.place(row)}: times must increase from row to row, but"
-            f" {times[row]:.9g} s follows {times[row - 1]:.9g} s",
-        )
+        pair = f"{times[row]:.9g} s follows {times[row - 1]:.9g} s"
+        fault = f"{columns.place(row)}: times must increase from row to row, but {pair}"
+        raise ArgumentError("data", fault)
     if times[0] < -duration * AT_END or times[-1] > duration * (1.0 + AT_END):
         shifted = f" with the offset of {offset:g} s" if offset else ""
         raise ArgumentError(
@@ -334,38 +321,27 @@ def _column_target(
     source: FitOptions, columns: _Columns, name: str, column: ColumnKey, size: float = 1.0
 ) -> Target:
     """Return the target of a column, multiplied by a factor; each row is a run."""
-    values = columns.values[column] * size
-    rows = np.flatnonzero(np.isfinite(values))
+    all_values = columns.values[column] * size
+    rows = np.flatnonzero(np.isfinite(all_values))
     if not rows.size:
         raise ArgumentError("data", f"no numbers in the column '{column}'")
-    sizes = float(np.std(values[rows])), float(np.max(np.abs(values[rows])))
+    values = all_values[rows]
+    sizes = float(np.std(values)), float(np.max(np.abs(values)))
     spread = next((size for size in sizes if size >= MIN_NUMBER), 1.0)
     given, found = source.units.get(name, ""), columns.columns[column]
     unit, is_certain = given or found.unit, bool(given) or found.is_certain
-    sigma = source.sigma.get(name)
+    sigma, deviations = source.sigma.get(name), None
     if isinstance(sigma, str):
         own = columns.columns[sigma]
         if own.is_certain and own.unit and unit and own.unit != unit:
-            raise ArgumentError(
-                "sigma",
-                f"{name}: the column '{sigma}' is in {own.unit}, the data are in {unit}; give"
-                " both in one unit",
-            )
+            both = f"is in {own.unit}, the data are in {unit}; give both in one unit"
+            raise ArgumentError("sigma", f"{name}: the column '{sigma}' {both}")
         deviations = _deviations(name, columns.values[sigma][rows] * size, f" in '{sigma}'")
     elif sigma is not None:
         deviations = _deviations(name, np.full(rows.size, sigma * size), f", got {sigma!r}")
-    return Target(
-        name,
-        unit,
-        values[rows],
-        None if sigma is None else deviations,
-        np.full(rows.size, spread),
-        rows,
-        np.empty(0),
-        column,
-        unit if is_certain else "",
-        is_certain,
-    )
+    read, scale = unit if is_certain else "", np.full(rows.size, spread)
+    no_times = np.empty(0)
+    return Target(name, unit, values, deviations, scale, rows, no_times, column, read, is_certain)
 
 
 def _deviations(name: str, values: "Array", found: str) -> "Array":

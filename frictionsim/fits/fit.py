@@ -44,7 +44,6 @@ from frictionsim.fits.uncertainty import (
     autocorrelation,
     identify,
     misfit_of_noise,
-    quantile,
 )
 from frictionsim.scenario.model_fields import expanded
 
@@ -76,7 +75,7 @@ def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
     has_noise = noise.all_given or degrees > 0
     of_noise = None if noise.all_given else degrees
     limit = misfit_of_noise(len(keys), of_noise) if has_noise else -np.inf
-    factor = quantile(of_noise) if has_noise else np.nan
+    factor = float(np.sqrt(misfit_of_noise(1, of_noise))) if has_noise else np.nan
     half_widths = factor * known.deviations
     wide = {key.key: NO_BETTER for key, half in zip(keys, half_widths, strict=True) if half > 1.0}
     known = known.without(keys, wide)
@@ -87,8 +86,9 @@ def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
     known = known.without(keys, known.rough)
     if not has_noise:
         known = known._replace(covariance=np.full_like(known.covariance, np.nan))
-    errors: dict[str, float | None] = {key.key: None for key in keys}
-    intervals: dict[str, tuple[float, float] | None] = {key.key: None for key in keys}
+    names = [key.key for key in keys]
+    errors: dict[str, float | None] = dict.fromkeys(names)
+    intervals: dict[str, tuple[float, float] | None] = dict.fromkeys(names)
     for j in np.flatnonzero(np.isfinite(known.deviations)).tolist():
         key, x, deviation = keys[j], float(best.x[j]), float(known.deviations[j])
         errors[key.key] = deviation * key.derivative(x)
@@ -103,7 +103,6 @@ def fit(problem: FitProblem, options: FitOptions) -> FitOutcome:
     residuals = _residuals(problem, noise, best, degrees)
     chi = float(np.sum((problem.residuals(best.x) / noise.sigma) ** 2)) if noise.all_given else None
     model, values = problem.model(best.x), problem.values(best.x)
-    names = [key.key for key in keys]
     return FitOutcome(
         scenario=problem.scenario.replace(expanded(values)),
         keys=keys,
@@ -203,7 +202,8 @@ def _within_edges(
 ) -> tuple[float, float]:
     """Return an interval of a key, given by places, as far as there are runs.
 
-    `cut` is told where it ends at a bound or an edge, with the other keys at their estimates.
+    A sentence is added to `cut` where it ends at a bound or an edge, with the other keys at their
+    estimates.
     """
     key, inside = problem.keys[j], []
 
@@ -260,27 +260,26 @@ def _grouped(
 def _residuals(
     problem: FitProblem, noise: Noise, best: Minimum, degrees: int
 ) -> tuple[TargetResiduals, ...]:
-    statistics, start, residuals = [], 0, problem.residuals(best.x)
+    parts, start, residuals = [], 0, problem.residuals(best.x)
     for target in problem.data.targets:
         rows = slice(start, start + target.values.size)
-        values, start = residuals[rows], rows.stop
-        has_sigma = target.sigma is not None
-        series = target.kind == "channel" and values.size >= MIN_SERIES
-        statistics.append(
-            TargetResiduals(
-                name=target.name,
-                unit=problem.units[target.name],
-                column=target.column,
-                data_unit=target.data_unit or problem.units[target.name],
-                values=values,
-                fitted=target.values - values,
-                sigma=float(np.mean(noise.sigma[rows])) if has_sigma or degrees else None,
-                sigma_given=has_sigma,
-                worst=float(np.max(np.abs(values / noise.sigma[rows]))) if has_sigma else None,
-                autocorrelation=autocorrelation(values) if series else None,
-            )
+        values, sigma, start = residuals[rows], noise.sigma[rows], rows.stop
+        is_given, unit = target.sigma is not None, problem.units[target.name]
+        is_series = target.kind == "channel" and values.size >= MIN_SERIES
+        part = TargetResiduals(
+            name=target.name,
+            unit=unit,
+            column=target.column,
+            data_unit=target.data_unit or unit,
+            values=values,
+            fitted=target.values - values,
+            sigma=float(np.mean(sigma)) if is_given or degrees else None,
+            sigma_given=is_given,
+            worst=float(np.max(np.abs(values / sigma))) if is_given else None,
+            autocorrelation=autocorrelation(values) if is_series else None,
         )
-    return tuple(statistics)
+        parts.append(part)
+    return tuple(parts)
 
 
 def _bootstrap(
@@ -317,8 +316,7 @@ def _bootstrap(
         is_determined = has_noise and key.key not in known.reasons
         if is_determined and len(places) >= MIN_RESAMPLES:
             low, high = np.percentile(places[:, j], (2.5, 97.5)).tolist()
-            found = _within_edges(problem, best.x, j, (low, high), "bootstrap", cut)
-            intervals[key.key] = found
+            intervals[key.key] = _within_edges(problem, best.x, j, (low, high), "bootstrap", cut)
     values = [[*problem.values(place).values()] for place in places]
     table = np.array(values).reshape(-1, len(problem.keys))
     return Bootstrap(len(table), len(ends) - len(table), intervals, table)

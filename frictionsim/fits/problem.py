@@ -102,62 +102,53 @@ def _free_key(key: str, bounds: Any, scenario: "Scenario") -> FreeKey:
         numbers = [float(number) for number in bounds]
     except (TypeError, ValueError):
         numbers = []
+    fault = ""
     if len(numbers) not in (2, 3) or not all(map(isfinite, numbers)):
-        raise ArgumentError(
-            "free", f"{key}: expected bounds (low, high) or (low, high, start); {ADVICE}"
-        )
+        numbers, fault = [0.0, 0.0], f"expected bounds (low, high) or (low, high, start); {ADVICE}"
     low, high, *starts = numbers
-    if not low < high:
-        raise ArgumentError(
-            "free", f"{key}: the lower bound {low:g} is not below the upper bound {high:g}"
-        )
     names = [name.strip() for name in names_in(key)]
-    for name in names:
-        _check_key(name, low, high, scenario)
     start = starts[0] if starts else _usual_start(names[0], low, high, scenario)
-    if not low <= start <= high:
-        raise ArgumentError(
-            "free", f"{key}: the start {start:g} is not between {low:g} and {high:g}"
-        )
+    if not fault and not low < high:
+        fault = f"the lower bound {low:g} is not below the upper bound {high:g}"
+    elif not fault and not low <= start <= high:
+        fault = f"the start {start:g} is not between {low:g} and {high:g}"
+    if fault:
+        raise ArgumentError("free", f"{key}: {fault}")
+    for name in names:
+        if fault := _fault_of_bounds(name, low, high, scenario):
+            raise ArgumentError("free", f"{name}: {fault}")
     return FreeKey(",".join(names), low, high, start, description_of(type(scenario), names[0])[0])
 
 
 def _usual_start(key: str, low: float, high: float, scenario: "Scenario") -> float:
     """Return the value of the scenario if it is within the bounds, else a short one between."""
-    value = value_of(scenario, key)
-    if value is not None and low <= value <= high:
-        return value
+    value: Any = scenario.to_dict()
+    try:
+        for part in key.split("."):
+            value = value[int(part)] if isinstance(value, list | tuple) else value[part]
+    except (KeyError, TypeError, ValueError, IndexError):  # the scenario leaves it out
+        value = None
+    if isinstance(value, int | float) and not isinstance(value, bool) and low <= value <= high:
+        return float(value)
     return min(max(float(f"{0.5 * (low + high):.4g}"), low), high)
 
 
-def _check_key(key: str, low: float, high: float, scenario: "Scenario") -> None:
-    """Check the bounds of a key against the limits of its field."""
+def _fault_of_bounds(key: str, low: float, high: float, scenario: "Scenario") -> str:
+    """Return how the bounds of a key are beyond the limits of its field; empty if they are not."""
     if key.split(".")[0] in NOT_PHYSICAL:
-        raise ArgumentError("free", f"{key}: expected a key of mechanism, drive or effects")
+        return "expected a key of mechanism, drive or effects"
     fields = fields_of_key(type(scenario), key)
     if len(fields) != 1:
-        return
+        return ""
     (field,) = fields
-    kinds = set(get_args(field.annotation) or (field.annotation,)) - {NoneType}
-    if kinds == {int}:
-        raise ArgumentError("free", f"{key}: takes whole numbers, which cannot be fitted")
+    if {*(get_args(field.annotation) or (field.annotation,))} - {NoneType} == {int}:
+        return "takes whole numbers, which cannot be fitted"
     for name, (is_beyond, relation) in LIMITS.items():
         for limit in (getattr(part, name, None) for part in field.metadata):
             wrong = [v for v in (low, high) if limit is not None and is_beyond(v, limit)]
             if wrong:
-                fault = f"expected bounds {relation} {limit:g}, got {wrong[0]:g}"
-                raise ArgumentError("free", f"{key}: {fault}")
-
-
-def value_of(scenario: "Scenario", key: str) -> float | None:
-    """Return the number that a scenario has for a key; None if it has none."""
-    value: Any = scenario.to_dict()
-    for part in key.split("."):
-        try:
-            value = value[int(part)] if isinstance(value, list | tuple) else value[part]
-        except (KeyError, TypeError, ValueError, IndexError):
-            return None
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+                return f"expected bounds {relation} {limit:g}, got {wrong[0]:g}"
+    return ""
 
 
 def check_runs(data: Measured, keys: tuple[FreeKey, ...], scenario: "Scenario") -> None:
@@ -229,7 +220,7 @@ class FitProblem:
         return np.unique(np.concatenate((times, ends))).tolist()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Leave out who is told of runs, for another process."""
+        """Leave out the function that counts runs, for another process."""
         return self.__dict__ | {"on_runs": _nobody}
 
     def apart(self) -> "FitProblem":
@@ -338,13 +329,11 @@ class FitProblem:
             warnings += [text for text in texts if not text.startswith("output.interval")]
             for target, column in zip(self.data.targets, columns, strict=True):
                 here = target.runs == number
-                if not here.any():
-                    continue
-                of_target = self._channel if target.kind == "channel" else self._quantity
-                part = of_target(target, result)
-                if not np.isfinite(part).all():
-                    return Model(None, f"the run gives no {target.name}")
-                column[here] = part
+                if here.any():
+                    of_target = self._channel if target.kind == "channel" else self._quantity
+                    column[here] = of_target(target, result)
+                    if not np.isfinite(column[here]).all():
+                        return Model(None, f"the run gives no {target.name}")
         return Model(np.concatenate(columns), doubt=doubt, warnings=warnings)
 
     def _channel(self, target: Target, result: "Record") -> "Array":
@@ -388,7 +377,7 @@ class FitProblem:
 
 
 def _nobody(runs: int) -> None:
-    """Tell nobody of runs."""
+    """Count no runs."""
 
 
 def bisected(

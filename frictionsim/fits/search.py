@@ -51,7 +51,7 @@ MAX_DESCENTS, NO_GAIN = 10, 1e-6  # along edges, and the relative gain of one th
 BEYOND = 4.0  # steps of differences: where a search along an edge begins
 MAX_BRACKETS = 4
 SECONDS_BETWEEN_TICKS = 0.1
-SECONDS_THAT_PAY = 2.0  # of searches, for a pool of processes
+LONG = 2.0  # s, of searches, from which on a pool of processes makes them
 PARTS = 8  # of the searches of a process, for the balance of their times
 
 
@@ -172,20 +172,22 @@ class Search(NamedTuple):
         def residual(x: "Array") -> "Array":
             return np.asarray((problem.fitted(inside(x)) - measured) * self.weights)
 
+        step = difference_step(problem)
+
+        def jacobian(x: "Array") -> "Array":
+            return derivatives(residual, x, step)
+
         def descent(first: "Array") -> Any:
             from scipy.optimize import least_squares  # imported here because SciPy takes 0.3 s
 
-            step = difference_step(problem)
-            jac: Function = lambda x: derivatives(residual, x, step)  # noqa: E731
-            ftol = xtol = TOLERANCE
+            options: dict[str, Any] = {"jac": jacobian, "ftol": TOLERANCE, "xtol": TOLERANCE}
             if self.resampled is not None:
                 # A step of a part of the standard error changes the sum of squares, about one for
                 # each value, by the square of that part.
-                ftol, xtol = LOCATED**2 / measured.size, TOLERANCE_OF_RESAMPLES
-                jac = _corrected(residual, jac)
-            options: dict[str, Any] = {"ftol": ftol, "xtol": xtol, "gtol": NO_SLOPE}
-            options |= {"bounds": (0.0, 1.0), "method": "trf", "max_nfev": MAX_ITERATIONS}
-            return least_squares(residual, first, jac=jac, **options)
+                options = {"ftol": LOCATED**2 / measured.size, "xtol": TOLERANCE_OF_RESAMPLES}
+                options["jac"] = _corrected(residual, jacobian)
+            options |= {"gtol": NO_SLOPE, "max_nfev": MAX_ITERATIONS}
+            return least_squares(residual, first, bounds=(0.0, 1.0), method="trf", **options)
 
         first_cost = 0.5 * float(np.sum(residual(start) ** 2))
         end = descent(start)
@@ -194,7 +196,7 @@ class Search(NamedTuple):
             way = x - start
             if not (has_failed and way.any() and any(edges(problem, x))):
                 break
-            beyond = x + BEYOND * difference_step(problem) * way / np.max(np.abs(way))
+            beyond = x + BEYOND * step * way / np.max(np.abs(way))
             further = descent(np.clip(beyond, 0.0, 1.0))
             if further.cost >= end.cost * (1.0 - NO_GAIN):
                 break
@@ -233,13 +235,13 @@ def minima(searches: Sequence[Search]) -> list[Minimum]:
     """
     problem = searches[0].problem
     evaluations = EVALUATIONS_OF_A_KEY * len(problem.keys) * len(searches)
-    pays = evaluations * problem.seconds_each > SECONDS_THAT_PAY
-    workers = min(available_cores(), len(searches)) if pays else 1
+    is_long = evaluations * problem.seconds_each > LONG
+    workers = min(available_cores(), len(searches)) if is_long else 1
     size, ends = ceil(len(searches) / (PARTS * workers)), list[Minimum]()
     parts = [searches[first : first + size] for first in range(0, len(searches), size)]
     with process_pool(workers) as pool:
         try:
-            with pool.deaths_told():
+            with pool.reporting_deaths():
                 futures = [pool.submit(_apart, part) for part in parts]
                 waiting = {*futures}
                 while waiting:

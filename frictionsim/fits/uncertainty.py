@@ -143,25 +143,13 @@ def identify(problem: FitProblem, x: "Array", jacobian: "Array", spread: "Array"
     return Identification({}, covariance, int(np.sum(determined))).without(keys, reasons)
 
 
-def quantile(degrees: int | None) -> float:
-    """Return the factor of the standard error for a 95 % interval.
-
-    None means given standard deviations; else they were estimated with these degrees of freedom.
-    """
-    from scipy import special  # imported here: a fit alone needs it
-
-    probability = 0.5 + 0.5 * CONFIDENCE
-    if degrees is None:
-        return float(special.ndtri(probability))
-    return float(special.stdtrit(degrees, probability))
-
-
 def misfit_of_noise(keys: int, degrees: int | None) -> float:
     """Return by how much chi squared may exceed its least value within the 95 % region of keys.
 
-    The degrees are those of `quantile`.
+    None means given standard deviations; else they were estimated with these degrees of freedom.
+    For one key it is the square of the half width of its interval, over the standard error.
     """
-    from scipy import special
+    from scipy import special  # imported here: a fit alone needs it
 
     if degrees is None:
         return float(special.chdtri(keys, 1.0 - CONFIDENCE))

@@ -57,10 +57,10 @@ from frictionsim.sweeps.statistics import (
     indices_of,
     is_constant,
     jumps_between,
+    sampling_of,
     sound_values,
     statistics_of,
     telling,
-    variation,
 )
 
 if TYPE_CHECKING:
@@ -472,7 +472,7 @@ def _draw_sample(
     table: SweepTable, quantities: Sequence[str], figure: "Figure | SubFigure"
 ) -> None:
     """Draw histogram and indices of each quantity in a row; without indices no room for them."""
-    sampling = variation(table)[1]
+    sampling = sampling_of(table)
     runs = independent_runs(table, sampling)
     names, notes = (list(quantities), list[str]()) if quantities else chosen(table, runs)
     wanted = sampling is not None and sampling.indices and len(table.coordinates) > 1

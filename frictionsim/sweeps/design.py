@@ -1,37 +1,21 @@
 """The design of a sweep: the combinations of values and their order."""
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.sweep_table import RUN
 from frictionsim.scenario.toml_data import toml_value
-from frictionsim.sweeps.values import MAX_RUNS, Distribution, Levels, VariedValues
+from frictionsim.sweeps.values import MAX_RUNS, Distribution, Levels
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
+    from frictionsim.sweeps.study_file import SweepOptions
 
 GRID, TOGETHER, SAMPLE = "grid", "zip", "sample"
 MAX_FLOAT = sys.float_info.max  # of integers that have a float
-
-
-class Sampling(NamedTuple):
-    """The settings of a sample.
-
-    `indices` adds the combinations for Sobol indices: with d keys, two samples A and B, and d
-    samples that are A with one column of B; runs (d + 2) in all.
-    """
-
-    runs: int  # with `indices` those of one of the samples
-    method: str = "sobol"
-    seed: int = 0
-    indices: bool = False
-
-    def total(self, keys: int) -> int:
-        """Return the number of runs in all."""
-        return self.runs * (keys + 2 if self.indices else 1)
 
 
 class Design(NamedTuple):
@@ -79,20 +63,20 @@ def _plain(values: Any) -> Any:
     return values.tolist() if hasattr(values, "tolist") else values
 
 
-def design_of(
-    vary: Mapping[str, VariedValues], together: bool = False, sampling: Sampling | None = None
-) -> Design:
-    """Return the design of a sweep: a grid of all combinations, or a sample.
+def design_of(options: "SweepOptions") -> Design:
+    """Return the design of a sweep: a grid of all combinations, keys together, or a sample.
 
-    With `together` the first values of all keys are one run, the second ones the next, and so on.
+    Of keys together the first values are one run, the second ones the next, and so on.
     """
+    vary, together = options.vary, options.zip
     if not vary:
         raise ArgumentError("vary", "expected at least one key with its values, got none")
     keys, levels = tuple(vary), list[Levels]()
-    if sampling is not None:
+    if options.sample is not None:
         if together:
             raise InputError("zip and sample exclude each other: leave out one of them")
-        return Design(SAMPLE, keys, tuple(_sample(_distributions(vary, sampling), sampling)))
+        drawn = _sample(_distributions(options, options.sample), options, options.sample)
+        return Design(SAMPLE, keys, tuple(drawn))
     for key, values in vary.items():
         if isinstance(values, Distribution):
             raise InputError(
@@ -137,22 +121,20 @@ def _first_repeated(values: Sequence[Any]) -> Any:
     return None
 
 
-def _distributions(vary: Mapping[str, VariedValues], sampling: Sampling) -> list[Distribution]:
+def _distributions(options: "SweepOptions", rows: int) -> list[Distribution]:
     """Return the distributions of a sample whose settings are usable."""
     found = list[Distribution]()
-    for key, values in vary.items():
+    for key, values in options.vary.items():
         if isinstance(values, Levels):
             raise InputError(
                 f"vary {key}: a sample needs a distribution, e.g. uniform(0.1, 0.2), got"
                 f" {values.text}; a key of one value is an override"
             )
         found.append(values)
-    _check_total("sample", len(vary), sampling.total(len(vary)), fewer="runs")
-    if sampling.indices and sampling.runs & (sampling.runs - 1):
-        below = 1 << (sampling.runs.bit_length() - 1)
-        raise InputError(
-            f"sample: Sobol indices need a power of 2, e.g. {below}, got {sampling.runs}"
-        )
+    _check_total("sample", len(found), options.sampled_runs, fewer="runs")
+    if options.indices and rows & (rows - 1):
+        below = 1 << (rows.bit_length() - 1)
+        raise InputError(f"sample: Sobol indices need a power of 2, e.g. {below}, got {rows}")
     return found
 
 
@@ -165,32 +147,35 @@ def _check_total(what: str, keys: int, runs: int, fewer: str) -> None:
         )
 
 
-def _sample(distributions: list[Distribution], sampling: Sampling) -> "list[Array]":
-    """Return the values of each key in each run."""
+def _sample(distributions: list[Distribution], options: "SweepOptions", rows: int) -> "list[Array]":
+    """Return the values of each key in each run.
+
+    With indices these are two samples A and B, and for each key A with its column of B.
+    """
     import numpy as np
 
     width = len(distributions)
-    points = _points(2 * width if sampling.indices else width, sampling)
-    if sampling.indices:
+    points = _points((rows, 2 * width if options.indices else width), options)
+    if options.indices:
         a, b = points[:, :width], points[:, width:]
         mixed = [np.where(np.arange(width) == i, b, a) for i in range(width)]
         points = np.concatenate([a, b, *mixed])
     return [d.quantiles(points[:, i]) for i, d in enumerate(distributions)]
 
 
-def _points(width: int, sampling: Sampling) -> "Array":
-    """Return points in the unit cube, (count, width)."""
+def _points(shape: tuple[int, int], options: "SweepOptions") -> "Array":
+    """Return points in the unit cube, (rows, width)."""
     import warnings
 
     import numpy as np
     from scipy.stats import qmc
 
-    generator = np.random.default_rng(sampling.seed)
-    if sampling.method == "random":
-        return generator.random((sampling.runs, width))
-    if sampling.method == "lhs":
-        return qmc.LatinHypercube(width, seed=generator).random(sampling.runs)
+    (rows, width), generator = shape, np.random.default_rng(options.seed)
+    if options.method == "random":
+        return generator.random(shape)
+    if options.method == "lhs":
+        return qmc.LatinHypercube(width, seed=generator).random(rows)
     with warnings.catch_warnings():
         # The documentation, not a warning, tells of numbers of points that are no power of two.
         warnings.simplefilter("ignore", UserWarning)
-        return qmc.Sobol(width, seed=generator).random(sampling.runs)
+        return qmc.Sobol(width, seed=generator).random(rows)

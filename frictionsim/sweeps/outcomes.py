@@ -1,13 +1,16 @@
-"""A sweep before and after its runs: its plan, the outcome of a run, and the table of all."""
+"""A sweep before and after its runs: its header, the block of some runs, and the table of all."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from frictionsim.io.sweep_table import (
+    AUDIT_FAILED,
+    DONE,
+    FAILED,
     RUN,
     TEXTS,
     Coordinate,
@@ -16,12 +19,12 @@ from frictionsim.io.sweep_table import (
     SweepTable,
     table_of,
 )
-from frictionsim.results import Quantities
 from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import toml_value
+from frictionsim.simulation.simulate import RunSummary
 from frictionsim.sweeps.design import GRID, Design
-from frictionsim.sweeps.statistics import indices_of, variation
+from frictionsim.sweeps.statistics import indices_of, sampling_of
 from frictionsim.version import __version__
 
 
@@ -59,35 +62,31 @@ def _typed(values: Any, unit: str) -> Any:
     return [value if isinstance(value, str) else toml_value(value) for value in values]
 
 
-class RunOutcome(NamedTuple):
-    """The outcome of a run; the quantities of a failed one are those up to its end."""
+def block_of(first: int, runs: Sequence[RunSummary]) -> RunBlock:
+    """Return the block of consecutive runs, from the first on.
 
-    status: int  # DONE, FAILED or AUDIT_FAILED
-    quantities: Quantities
-    failure: str = ""  # as in a result file, and the reason; empty if done
-    reason: str = ""
-    warnings: str = ""  # one per line
-
-
-def block_of(first: int, outcomes: Iterable[RunOutcome]) -> RunBlock:
-    """Return the block of the outcomes of consecutive runs, from the first on."""
-    outcomes = list(outcomes)
+    The quantities of a failed one are those up to its end.
+    """
     units: dict[str, str] = {}
-    for outcome in outcomes:
-        for name, quantity in outcome.quantities.items():
+    for run in runs:
+        for name, quantity in run.quantities.items():
             units.setdefault(name, quantity.unit)
     rows = {name: row for row, name in enumerate(units)}
-    values = np.full((len(units), len(outcomes)), np.nan)
+    status, values = np.empty(len(runs), dtype=np.int8), np.full((len(units), len(runs)), np.nan)
     texts: dict[str, dict[int, str]] = {name: {} for name in TEXTS}
-    for number, outcome in enumerate(outcomes):
-        for name, quantity in outcome.quantities.items():
+    for number, run in enumerate(runs):
+        status[number] = DONE if run.is_sound else AUDIT_FAILED
+        if run.status != "done":
+            status[number] = FAILED
+        for name, quantity in run.quantities.items():
             if quantity.value is not None:
                 values[rows[name], number] = quantity.value
-        for name in TEXTS:
-            if text := getattr(outcome, name):
+        # Warnings about sampling are not of the runs of a sweep.
+        warnings = "\n".join(w for w in run.warnings if not w.startswith("output.interval"))
+        for name, text in zip(TEXTS, (run.failure, run.reason, warnings), strict=True):
+            if text:
                 texts[name][first + number] = text
     values[~np.isfinite(values)] = np.nan
-    status = np.array([outcome.status for outcome in outcomes], dtype=np.int8)
     return RunBlock(first, status, units, values, texts)
 
 
@@ -95,7 +94,7 @@ def completed(header: SweepHeader, blocks: Iterable[RunBlock]) -> SweepTable:
     """Return the sweep whose runs are all done, with the Sobol indices of a sample for them."""
     ending = {"status": "done", "reason": ""}
     table = table_of(header._replace(attributes=header.attributes | ending), blocks)
-    sampling = variation(table)[1]
+    sampling = sampling_of(table)
     if sampling is None or not sampling.indices:
         return table
     return table._replace(sobol=indices_of(table, table.values))

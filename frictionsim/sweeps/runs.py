@@ -16,14 +16,14 @@ from typing import Any, NamedTuple
 from frictionsim.errors import FrictionsimError, OutputError, WorkerDied
 from frictionsim.io.names import partial_name
 from frictionsim.io.result_writer import write
-from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, RunBlock
+from frictionsim.io.sweep_table import RunBlock
 from frictionsim.results import failures
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import RunSummary, run, summary_of_run
 from frictionsim.sweeps.design import Design
-from frictionsim.sweeps.outcomes import RunOutcome, block_of
+from frictionsim.sweeps.outcomes import block_of
 from frictionsim.sweeps.workers import InProcess, Workers
 
 SECONDS = 0.3  # of a block, which a kill may lose
@@ -45,36 +45,33 @@ def run_some(
     work: Work, first: int, values: Sequence[tuple[Any, ...]], monitor: RunMonitor = NO_MONITOR
 ) -> RunBlock:
     """Make consecutive runs, of which the first number and the values are given, for some time."""
-    until, outcomes = monotonic() + SECONDS, []
+    until, done = monotonic() + SECONDS, list[RunSummary]()
     for number, of_run in enumerate(values, first):
-        outcomes.append(_outcome(work, number, of_run, monitor))
+        done.append(_summary(work, number, of_run, monitor))
         if monotonic() >= until:
             break
-    return block_of(first, outcomes)
+    return block_of(first, done)
 
 
-def _outcome(work: Work, number: int, values: tuple[Any, ...], monitor: RunMonitor) -> RunOutcome:
-    """Run one combination; a failed run has an outcome, too."""
+def _summary(work: Work, number: int, values: tuple[Any, ...], monitor: RunMonitor) -> RunSummary:
+    """Run one combination; one that is not valid, or an error of the program, is a failed run."""
     try:
         scenario = work.combinations.scenario(values)
         if work.series is not None:
-            done = _summary_with_result(scenario, work.series / f"run-{number:07d}.h5", monitor)
-        else:
-            reduced = _without_samples(scenario)
-            done = summary_of_run(reduced, monitor)
-            if done.status == "failed" and reduced is not scenario:
-                done = summary_of_run(scenario, monitor)  # with the samples up to the failure
+            return _summary_with_result(scenario, work.series / f"run-{number:07d}.h5", monitor)
+        reduced = _without_samples(scenario)
+        done = summary_of_run(reduced, monitor)
+        if done.status == "failed" and reduced is not scenario:
+            done = summary_of_run(scenario, monitor)  # with the samples up to the failure
+        return done
     except OutputError:
         raise
     except FrictionsimError as error:
-        return RunOutcome(FAILED, {}, getattr(error, "failure", ""), str(error))
+        reason, failure = str(error), getattr(error, "failure", "")
     except Exception as error:  # the study continues, and reports the error of this run
         reason = f"internal error: {type(error).__name__}: {error}".replace("\n", " ")
-        return RunOutcome(FAILED, {}, "internal_error", reason)
-    status = FAILED if done.status != "done" else DONE if done.is_sound else AUDIT_FAILED
-    # Those about sampling are not of the runs of a sweep.
-    warnings = [text for text in done.warnings if not text.startswith("output.interval")]
-    return RunOutcome(status, done.quantities, done.failure, done.reason, "\n".join(warnings))
+        failure = "internal_error"
+    return RunSummary("failed", reason, failure, (), {}, is_sound=False)
 
 
 def _summary_with_result(scenario: Scenario, target: Path, monitor: RunMonitor) -> RunSummary:
@@ -115,15 +112,15 @@ def run_blocks(
             while queue and len(pending) < (1 if is_here else 2 * workers.count):
                 runs = _next(queue, workers.count)
                 values = design.combinations(runs.start, runs.stop)
-                with workers.deaths_told():
+                with workers.reporting_deaths():
                     pending[workers.submit(run_some, work, runs.start, values, *steps)] = runs
             for future in wait(pending, SECONDS_BETWEEN_TICKS, FIRST_COMPLETED).done:
-                with workers.deaths_told():
+                with workers.reporting_deaths():
                     block = future.result()
                 if rest := pending.pop(future)[block.runs :]:
                     queue.appendleft(rest)
                 yield block
-            with workers.deaths_told():
+            with workers.reporting_deaths():
                 workers.watch()
             monitor(0.0)
     except _SweepStopped as stopped:

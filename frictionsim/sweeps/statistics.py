@@ -27,9 +27,8 @@ import numpy as np
 from frictionsim.errors import InputError
 from frictionsim.io.sweep_table import DONE, SOBOL, SobolIndices, SweepTable
 from frictionsim.scenario.toml_data import toml_tables
-from frictionsim.sweeps.design import SAMPLE, Sampling
-from frictionsim.sweeps.study_file import options_of
-from frictionsim.sweeps.values import Distribution
+from frictionsim.sweeps.design import SAMPLE
+from frictionsim.sweeps.study_file import SweepOptions, options_of
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -79,16 +78,16 @@ def telling(table: SweepTable, runs: Any = slice(None)) -> list[str]:
     sound = {name: sound_values(table, name)[runs] for name in table.values}
     varying = [name for name, values in sound.items() if not is_constant(values)]
     varying.sort(key=lambda name: LEADING.index(name) if name in LEADING else len(LEADING))
-    # Unit and values of keys, and then of quantities that are told.
+    # Unit and values of keys, and then of the chosen quantities.
     known = [(each.unit, of_key(table, key)[runs]) for key, each in _numbers(table).items()]
-    told = []
+    chosen = []
     for name in varying:
         unit, values = table.units[name], sound[name]
         at = np.isfinite(values)
         if not any(u == unit and np.allclose(v[at], values[at], FLAT, 0.0) for u, v in known):
-            told.append(name)
+            chosen.append(name)
             known.append((unit, np.where(at, values, np.inf)))
-    return told or varying
+    return chosen or varying
 
 
 def _numbers(table: SweepTable) -> dict[str, Any]:
@@ -109,31 +108,29 @@ def is_defined(table: SweepTable, name: str) -> bool:
     return bool(np.isfinite(sound_values(table, name)).any())
 
 
-def variation(table: SweepTable) -> tuple[Mapping[str, Distribution], Sampling | None]:
-    """Return the distributions and the sampling of a sweep; none if it is no sample."""
+def sampling_of(table: SweepTable) -> SweepOptions | None:
+    """Return how a sample was drawn; None if a sweep is none."""
     if table.attributes["design"] != SAMPLE:
-        return {}, None
+        return None
     try:
         options = options_of(toml_tables(table.attributes["study"]))
     except ValueError as error:
         raise InputError(f"cannot read the study in this sweep: {error}") from None
-    sampling = options.sampling
-    if sampling is None or list(options.vary) != list(table.coordinates):
+    if options.sample is None or list(options.vary) != list(table.coordinates):
         raise InputError("the study in this sweep does not describe its runs")
-    runs = sampling.total(len(options.vary))
-    if runs != table.runs:
+    if options.sampled_runs != table.runs:
         raise InputError(
-            f"the study in this sweep describes {runs} runs, but it has {table.runs}; expected all"
-            " runs of a sample"
+            f"the study in this sweep describes {options.sampled_runs} runs, but it has"
+            f" {table.runs}; expected all runs of a sample"
         )
-    return options.vary, sampling
+    return options
 
 
-def independent_runs(table: SweepTable, sampling: Sampling | None) -> slice:
+def independent_runs(table: SweepTable, sampling: SweepOptions | None) -> slice:
     """Return the runs of an independent sample: A and B if there are Sobol indices."""
-    if sampling is None or not sampling.indices:
+    if sampling is None or sampling.sample is None or not sampling.indices:
         return slice(0, table.runs)
-    return slice(0, 2 * sampling.runs)
+    return slice(0, 2 * sampling.sample)
 
 
 def statistics_of(values: "Array") -> Statistics:
@@ -197,13 +194,13 @@ MAX_DRAWN = 10_000_000  # numbers of the bootstrap in memory at a time
 
 def indices_of(table: SweepTable, names: Iterable[str]) -> dict[str, SobolIndices]:
     """Return the Sobol indices of some quantities of a sample, by quantity."""
-    sampling = variation(table)[1]
+    sampling = sampling_of(table)
     keys, has_rows = len(table.coordinates), sampling is not None and sampling.indices
     return {name: _indices(sound_values(table, name), keys, has_rows) for name in names}
 
 
 def _indices(values: "Array", keys: int, has_rows: bool) -> SobolIndices:
-    if not (~np.isnan(values)).any():
+    if np.isnan(values).all():
         return _none(keys, "the quantity is not defined in any run")
     if is_constant(values, ROUNDING):
         return _none(keys, "the quantity does not vary")

@@ -36,11 +36,9 @@ from frictionsim.scenario.toml_data import (
     tables_and_keys,
 )
 from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
-from frictionsim.sweeps.design import Sampling
 from frictionsim.sweeps.values import (
     Distribution,
     VariedValues,
-    values_and_faults,
     values_by_key,
 )
 
@@ -54,7 +52,10 @@ MAX_SEED = 2**63 - 1  # the largest number of TOML
 
 
 def _varied(raw: Any) -> dict[str, VariedValues]:
-    return values_by_key(by_name("KEY=VALUES, e.g. a.b=[1, 2]", str)(raw).items())
+    varied, faults = values_by_key(by_name("KEY=VALUES, e.g. a.b=[1, 2]", str)(raw).items())
+    if faults:
+        raise InputError("\n".join(f"vary {key}: {fault}" for key, fault in faults.items()))
+    return varied
 
 
 class SweepOptions(Options):
@@ -78,11 +79,9 @@ class SweepOptions(Options):
         ]
 
     @property
-    def sampling(self) -> Sampling | None:
-        """The sampling; None without a sample."""
-        if self.sample is None:
-            return None
-        return Sampling(self.sample, self.method, self.seed, self.indices)
+    def sampled_runs(self) -> int:
+        """The number of runs of a sample, with the combinations for Sobol indices."""
+        return (self.sample or 0) * (len(self.vary) + 2 if self.indices else 1)
 
     @model_validator(mode="after")
     def _need_a_sample(self) -> Self:
@@ -184,7 +183,7 @@ class _Tables:
 def _options(tables: _Tables) -> SweepOptions:
     """Return the variation in the tables of a study; the default one of those with faults."""
     settings = {key: value for key, value in tables.table("study").items() if key != "scenario"}
-    vary, faults = values_and_faults(tables.leaves("vary").items())
+    vary, faults = values_by_key(tables.leaves("vary").items())
     for key, fault in faults.items():
         tables.add(f"vary.{key}", fault)
     if "vary" in settings:

@@ -72,18 +72,13 @@ class Distribution(NamedTuple):
 VariedValues = Levels | Distribution
 
 
-def values_by_key(entries: Iterable[tuple[str, Any]]) -> dict[str, VariedValues]:
-    """Return values by key, from `values_of`; keys separated by commas have one value."""
-    varied, faults = values_and_faults(entries)
-    if faults:
-        raise InputError("\n".join(f"vary {key}: {fault}" for key, fault in faults.items()))
-    return varied
-
-
-def values_and_faults(
+def values_by_key(
     entries: Iterable[tuple[str, Any]],
 ) -> tuple[dict[str, VariedValues], dict[str, str]]:
-    """Return values by key as `values_by_key`, and what is wrong with others."""
+    """Return values by key, from `values_of`, and the faults of others.
+
+    Keys separated by commas have one value.
+    """
     varied: dict[str, VariedValues] = {}
     faults: dict[str, str] = {}
     known: set[str] = set()

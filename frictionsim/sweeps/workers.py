@@ -4,7 +4,6 @@ A worker process is a copy of this one (`fork`, some ms) if that is safe, else a
 ends with this process, however that ends.
 """
 
-import logging
 import multiprocessing
 import os
 import re
@@ -27,8 +26,8 @@ PARENT_SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
 SECONDS_TO_END = 1.0  # of a pool
-LOCAL = "local:"  # what the address of a cluster begins with that is started here
 SECONDS_TO_ANSWER = 10.0  # of a scheduler
+VERSION = "frictionsim.version"  # the module
 
 
 def available_cores() -> int:
@@ -48,7 +47,7 @@ class Workers(Executor):
         """Look after workers whose number may change."""
 
     @contextmanager
-    def deaths_told(self) -> Iterator[None]:
+    def reporting_deaths(self) -> Iterator[None]:
         """Raise WorkerDied instead of what calls of a killed worker raise."""
         try:
             yield
@@ -185,26 +184,16 @@ class DaskCluster(Workers):
 
 @contextmanager
 def dask_cluster(address: str) -> Iterator[Workers]:
-    """Return the context of a cluster.
-
-    Parameters
-    ----------
-    address : str
-        Of a scheduler, such as tcp://host:8786, or local:N for N workers on this machine.
+    """Return the context of a cluster, by the address of its scheduler.
 
     Raises
     ------
     InputError
         If it is no address, no scheduler with workers answers, or they have another version.
     """
-    number = address.removeprefix(LOCAL)
-    is_local = number != address
-    if is_local and not (number.isdecimal() and 0 < int(number) < 10_000):
-        raise InputError(f"dask: expected local:N with N workers, e.g. local:4, got '{address}'")
-    if not is_local and not re.fullmatch(r"\w+://[^/]+:\d+", address):
+    if not re.fullmatch(r"\w+://[^/]+:\d+", address):
         raise InputError(
-            "dask: expected the address of a scheduler, e.g. tcp://host:8786, or local:N, got"
-            f" '{address}'"
+            f"dask: expected the address of a scheduler, e.g. tcp://host:8786, got '{address}'"
         )
     try:
         distributed: Any = import_module("distributed")
@@ -215,16 +204,7 @@ def dask_cluster(address: str) -> Iterator[Workers]:
         ) from None
     with ExitStack() as stack:
         try:
-            place: Any = address
-            if is_local:
-                place = distributed.LocalCluster(
-                    n_workers=int(number),
-                    threads_per_worker=1,
-                    dashboard_address=":0",  # any port: the usual one may be taken
-                    silence_logs=logging.CRITICAL,
-                )
-                stack.enter_context(place)
-            client = distributed.Client(place, timeout=SECONDS_TO_ANSWER, set_as_default=False)
+            client = distributed.Client(address, timeout=SECONDS_TO_ANSWER, set_as_default=False)
             stack.callback(client.close, SECONDS_TO_ANSWER)
             client.wait_for_workers(1, timeout=SECONDS_TO_ANSWER)
         except Exception as error:
@@ -233,29 +213,13 @@ def dask_cluster(address: str) -> Iterator[Workers]:
                 f" ({type(error).__name__}); give the address that it printed when it started, and"
                 f" start workers with 'dask worker {address}'"
             ) from None
-        for worker, version in client.run(_version_getter(), on_error="return").items():
+        # A nested function is sent as code, not by name; an ImportError is returned.
+        installed = client.run(lambda: import_module(VERSION).__version__, on_error="return")
+        for worker, version in installed.items():
             if version != __version__:
                 has = version if isinstance(version, str) else "none"
                 raise InputError(
                     f"dask {address}, worker {worker}: has frictionsim {has}; this is frictionsim"
                     f" {__version__}: install the same there"
                 )
-        if is_local:
-            client.run(_begin_local, int(number))
         yield DaskCluster(client, distributed.KilledWorker)
-
-
-def _begin_local(workers: int) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal sends it to all
-    memory.processes = workers
-
-
-def _version_getter() -> Callable[[], str]:
-    """Return the function of a worker's version: a nested one is sent as code, not by name."""
-
-    def version() -> str:
-        from frictionsim.version import __version__  # an ImportError is returned
-
-        return __version__
-
-    return version

@@ -70,20 +70,18 @@ WRAPPED = (60, 100, 150, 300, 600, 1200)  # bodies
 MODELS = ("polygon", "corrected")
 # Loaded and without load, s: enough of a fine mesh passes in less time.
 DURATIONS, FINE, OF_FINE = (2.0, 2.0), 1200, (1.2, 0.8)
-
-
 RATIO, OFF = "slip over elastic creep", "off its limit [%]"
 STUCK = "tension where it sticks to the driver, over T1"
 
 
 def wrap() -> None:
     """Write the effect of the wrap factor of the bodies."""
-    rows = [
-        _wrapped(model, bending, count)
+    families = {
+        (bending, model): [_wrapped(model, bending, count) for count in WRAPPED]
         for bending in reversed(BENDING)
         for model in MODELS
-        for count in WRAPPED
-    ]
+    }
+    rows = [row for family in families.values() for row in family]
     above = [
         "`belt_drive` with its resistance continued beyond 8 pi rad/s, and without load behind a"
         " driver of 25 rad/s; fixed steps (`moreau`). `polygon` takes the slip from the velocity"
@@ -92,11 +90,6 @@ def wrap() -> None:
         " 280.1 N, and 1 in each of the ratios. The limit of the slip is that of `corrected` at"
         " the two finest meshes, extrapolated with the square of the length of a body."
     ]
-    families = {
-        (bending, model): [r for r in rows if (r["bending"], r["model"]) == (bending, model)]
-        for bending in reversed(BENDING)
-        for model in MODELS
-    }
     limits = {bending: _limit(families[bending, "corrected"]) for bending in BENDING}
     for row in rows:
         row[OFF] = 100.0 * (row[RATIO] / limits[row["bending"]] - 1.0)

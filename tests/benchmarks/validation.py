@@ -11,7 +11,6 @@ import json
 import re
 import sys
 from collections.abc import Callable
-from math import isnan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -115,19 +114,12 @@ def load() -> dict[str, Any]:
 
 
 def measure(name: str) -> None:
-    rows = [[_plain(value) for value in row] for row in PARTS[name].measure()]
-    numbers = load()
-    numbers[name] = {
-        "provenance": provenance(),
-        "heading": list(PARTS[name].heading),
-        "rows": rows,
-    }
+    heading, measured = PARTS[name]
+    rows = [[None if value != value else value for value in row] for row in measured()]  # nan
+    part = {"provenance": provenance(), "heading": list(heading), "rows": rows}
+    numbers = load() | {name: part}
     ordered = {part: numbers[part] for part in PARTS if part in numbers}
     NUMBERS.write_text(json.dumps(ordered, indent=1) + "\n", encoding="utf-8")
-
-
-def _plain(value: Any) -> Any:
-    return None if isinstance(value, float) and isnan(value) else value
 
 
 def rendered(page: str, numbers: dict[str, Any]) -> str:
@@ -142,27 +134,22 @@ def rendered(page: str, numbers: dict[str, Any]) -> str:
 
 def _table(numbers: dict[str, Any]) -> str:
     """Return a part as Markdown; columns that are empty throughout are left out."""
-    rows = numbers["rows"]
-    kept = [
-        i for i in range(len(numbers["heading"])) if any(row[i] not in ("", None) for row in rows)
-    ]
-    lines = [[numbers["heading"][i] for i in kept], ["---"] * len(kept)]
+    heading, rows = numbers["heading"], numbers["rows"]
+    kept = [i for i in range(len(heading)) if any(row[i] not in ("", None) for row in rows)]
+    lines = [[heading[i] for i in kept], ["---"] * len(kept)]
     lines += [[_text(row[i]) for i in kept] for row in rows]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
 def _text(value: Any) -> str:
-    if value is None:
-        return ""
     if not isinstance(value, float):
-        return str(value)
+        return "" if value is None else str(value)
     return f"{value:.4f}" if 0.1 <= abs(value) < 10.0 else f"{value:.5g}"
 
 
 def main(names: list[str]) -> None:
     """Measure the parts that are named, or all, and write the page."""
-    chosen = [] if names == ["--page"] else names or list(PARTS)
-    for name in chosen:
+    for name in [] if names == ["--page"] else names or list(PARTS):
         say(name)
         measure(name)
     page = PAGE.read_text(encoding="utf-8")

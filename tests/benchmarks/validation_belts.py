@@ -153,6 +153,7 @@ WAVES = ("what", "model", "bodies", "found", "closed form", "off, %")
 WAVE_BODIES = (150, 300)
 UNDAMPED = ("effects.contact.damping=0.0", "output.channels=['pulley_speed']")
 LEFT_OUT = ("bending", "axial_damping")
+PULLEYS = "driver", "driven"
 PULSE, TORQUE = 5.0, 15.0  # N m
 RINGING = 0.1  # s
 GRAVITY, LOOSE = 9.81, 20.0  # m/s^2, N
@@ -170,41 +171,32 @@ def _row(what: str, model: str, bodies: int, value: float, exact: float) -> Row:
     return (what, model, bodies, value, exact, 100.0 * (value / exact - 1.0))
 
 
-def _swing(model: Model, bodies: int, *overrides: str) -> Record:
-    """Run a drive at rest whose pulleys get opposite pulses; nothing slides and nothing damps."""
-    return run(
-        model,
-        bodies,
-        f"drive.driver={{torque = {{time = [0.0, 5e-4, 1e-3], value = [0.0, {-PULSE}, 0.0]}}}}",
-        f"drive.driven={{torque = {{time = [0.0, 5e-4, 1e-3], value = [0.0, {PULSE}, 0.0]}}}}",
-        *overrides,
-        without=LEFT_OUT,
-    )
-
-
 def _pulleys(model: Model, bodies: int) -> Row:
+    """Run a drive at rest whose pulleys get opposite pulses; nothing slides and nothing damps."""
+    pulse = "torque = {{time = [0.0, 5e-4, 1e-3], value = [0.0, {}, 0.0]}}"
+    sizes = zip(PULLEYS, (-PULSE, PULSE), strict=True)
+    drive = (f"drive.{name}={{{pulse.format(size)}}}" for name, size in sizes)
     times = (f"solver.duration={RINGING}", "output.interval=5e-5")
-    done = _swing(model, bodies, *UNDAMPED, *times)
-    speeds = done.channels["pulley_speed"]
-    frequency = _frequency(done.time, speeds[:, 0] - speeds[:, 1], after=2e-3)
-    exact = two_pulley_mode(SECTION_4)
+    done = run(model, bodies, *drive, *UNDAMPED, *times, without=LEFT_OUT)
+    late, speeds = done.time > 2e-3, done.channels["pulley_speed"]
+    t, y = done.time[late] - 2e-3, (speeds[:, 0] - speeds[:, 1])[late]
+    power = np.abs(np.fft.rfft(y * np.hanning(len(y))))
+    guess = 2.0 * np.pi * float(np.argmax(power[1:]) + 1) / (t[-1] - t[0])
+    frequency, exact = _swing(t, y, guess, 0.0)[1], two_pulley_mode(SECTION_4)
     return _row("pulleys against each other, rad/s", model.name, bodies, frequency, exact)
 
 
-def _frequency(time: Array, values: Array, after: float) -> float:
-    """Return the angular frequency of a swing that may decay, rad/s."""
-    kept = time > after
-    t, y = time[kept] - after, values[kept]
-    power = np.abs(np.fft.rfft(y * np.hanning(len(y))))
-    guess = 2.0 * np.pi * float(np.argmax(power[1:]) + 1) / (t[-1] - t[0])
+def _swing(t: Array, y: Array, guess: float, decay: float) -> tuple[float, float]:
+    """Return mean and angular frequency of a swing that decays, rad/s."""
 
     def missing(p: Array) -> Array:
         swing = p[0] * np.cos(p[2] * t) + p[1] * np.sin(p[2] * t)
         return np.asarray(swing * np.exp(-p[3] * t) + p[4] - y)
 
-    start = [float(np.ptp(y)) / 2.0, 0.0, guess, 0.0, float(np.mean(y))]
+    start = [float(np.ptp(y)) / 2.0, 0.0, guess, decay, float(np.mean(y))]
     scale = [1.0, 1.0, 1.0 / t[-1], 1.0 / t[-1], 1.0]
-    return float(least_squares(missing, start, x_scale=scale).x[2])
+    found = least_squares(missing, start, x_scale=scale).x
+    return float(found[4]), float(found[2])
 
 
 def _belt(bodies: int) -> list[Row]:
@@ -324,13 +316,5 @@ def _vibration(curve: Array) -> tuple[float, float]:
     """Return mean and frequency of the speed once the load is on, rad/s and Hz."""
     time = np.linspace(0.0, END, len(curve))
     late = time > LOAD_ON + 0.01
-    t, y = time[late] - LOAD_ON, curve[late]
-
-    def missing(p: Array) -> Array:
-        angle = 2.0 * np.pi * p[4] * t
-        return np.asarray(
-            p[0] + np.exp(-p[1] * t) * (p[2] * np.cos(angle) + p[3] * np.sin(angle)) - y
-        )
-
-    parameters = least_squares(missing, [-12.0, 3.0, 3.0, 1.0, 22.5]).x
-    return float(parameters[0]), float(parameters[4])
+    mean, turning = _swing(time[late] - LOAD_ON, curve[late], 2.0 * pi * 22.5, 3.0)
+    return mean, turning / (2.0 * pi)

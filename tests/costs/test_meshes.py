@@ -95,6 +95,14 @@ def test_errors_are_those_of_separate_runs() -> None:
 # --- what a mesh is --------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize(
+    ("own", "bodies"), [(150, (60, 150, 300, 600)), (600, (240, 600)), (60, (24, 60, 120, 240))]
+)
+def test_the_default_meshes_are_about_the_scenario_s(own: int, bodies: tuple[int, ...]) -> None:
+    scenario: Any = fs.load(BELT, {"mechanism.belt.bodies": own})
+    assert mesh_study.default_bodies(scenario) == bodies
+
+
 @pytest.mark.parametrize("named", [None, 100])
 def test_a_finer_mesh_has_as_stiff_a_contact(named: int | None) -> None:
     scenario: Any = fs.load(BELT, {"effects.contact.reference_bodies": named})
@@ -146,12 +154,18 @@ def test_meshes_that_are_too_fine_say_the_way_out() -> None:
     assert said.endswith("compare fewer bodies or allow each run more wall time")
 
 
-def test_a_line_of_a_model_has_the_longest_step_of_each_mesh(tmp_path: Path) -> None:
+def test_lines_of_a_model_go_from_mesh_to_mesh_and_by_steps(tmp_path: Path) -> None:
     of = [("corrected", 60), ("corrected", 24), ("corrected", 60)]
     numbers = [(0.2, 0.1), (0.2, 1.0), (0.1, 9.0)]
     rows = [made_row("moreau", *pair, mesh=mesh) for pair, mesh in zip(numbers, of, strict=True)]
     over_time = drawn_table(tmp_path / "a.csv", rows).axes[0]
     drawn = [list(map(tuple, line.get_xydata())) for line in over_time.lines]
-    # Of 24 and of 60 bodies, each with its largest error; without the slower one of 60.
+    # Of 24 and of 60 bodies, each with its longest step.
     assert [(1.0, 0.2), (0.1, 0.2)] in drawn
     assert [(0.1, 0.2), (9.0, 0.1)] in drawn  # of 60 bodies, by their steps
+
+
+def test_a_model_that_needs_a_contact_is_refused_without_one() -> None:
+    overrides = WIDE | {"effects.contact": None, "effects.bending": None}
+    with pytest.raises(fs.InputError, match=r"'corrected' needs \[effects.contact\]"):
+        fs.cost(BELT, overrides, bodies=[24], **CHOSEN)

@@ -22,8 +22,8 @@ PAGES = {
 # Its own test holds it against the program.
 INVENTORY = json.loads((ROOT / "tests" / "inventory.json").read_text(encoding="utf-8"))
 
-FENCE = re.compile(r"^( *)(`{3,})(\{?\w*\}?)\s*$")
-COMMENT = re.compile(r"^<!-- (.*) -->$")
+FENCED = re.compile(r"^ *(`{3,})(\{?\w*\}?) *\n(.*?)^ *\1 *$\n?", re.MULTILINE | re.DOTALL)
+COMMENT = re.compile(r"<!-- (.*) -->")
 
 
 class Block(NamedTuple):
@@ -47,45 +47,24 @@ class Block(NamedTuple):
         return self.mark.startswith("not run: ")
 
 
+def text_of(page: str) -> str:
+    return PAGES[page].read_text(encoding="utf-8")
+
+
 def blocks(page: str) -> list[Block]:
     """Return the fenced blocks of a page without directives of Sphinx."""
-    return [b for b in _blocks(page) if not b.language.startswith("{")]
-
-
-def _blocks(page: str) -> Iterator[Block]:
-    mark, fence, start, language, text = "", "", 0, "", [""]
-    for number, line in enumerate(PAGES[page].read_text(encoding="utf-8").splitlines(), start=1):
-        match = FENCE.match(line)
-        if fence:
-            if line.strip() == fence:
-                yield Block(page, start, language, "\n".join(text) + "\n", mark)
-                fence, mark = "", ""
-            else:
-                text.append(line)
-        elif match:
-            fence, language, start, text = match[2], match[3], number, []
-        elif line.strip():
-            comment = COMMENT.match(line.strip())
-            mark = comment[1] if comment else ""
-
-
-def prose(page: str) -> str:
-    """Return a page without its fenced blocks."""
-    lines, fence = [], ""
-    for line in PAGES[page].read_text(encoding="utf-8").splitlines():
-        match = FENCE.match(line)
-        if fence:
-            fence = "" if line.strip() == fence else fence
-        elif match:
-            fence = match[2]
-        else:
-            lines.append(line)
-    return "\n".join(lines)
+    text, found = text_of(page), []
+    for fenced in FENCED.finditer(text):
+        above = text[: fenced.start()].rstrip().rpartition("\n")[2].strip()
+        comment = COMMENT.fullmatch(above)
+        line = text.count("\n", 0, fenced.start()) + 1
+        found.append(Block(page, line, fenced[2], fenced[3], comment[1] if comment else ""))
+    return [block for block in found if not block.language.startswith("{")]
 
 
 def table(page: str, name: str) -> list[list[str]]:
     """Return the rows of the table below the comment `table: name`, without its heading."""
-    below = PAGES[page].read_text(encoding="utf-8").split(f"<!-- table: {name} -->\n")[1]
+    below = text_of(page).split(f"<!-- table: {name} -->\n")[1]
     rows = below.split("\n\n")[0].splitlines()[2:]
     return [[cell.strip() for cell in re.split(r"(?<!\\)\|", row)[1:-1]] for row in rows]
 
@@ -97,14 +76,12 @@ def names(cell: str) -> list[str]:
 
 def links(page: str) -> Iterator[str]:
     """Yield the targets of a page's links and pictures."""
-    text = re.sub(r"`[^`]*`", "", prose(page))
+    text = re.sub(r"`[^`]*`", "", FENCED.sub("", text_of(page)))
     yield from re.findall(r"\]\(([^)\s]+)\)", text)
     yield from re.findall(r'(?:src|href)="([^"]+)"', text)
 
 
 def anchors(path: Path) -> set[str]:
     """Return the anchors of a page's headings, as GitHub and MyST make them."""
-    text, anchor_names = path.read_text(encoding="utf-8"), set()
-    for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
-        anchor_names.add(re.sub(r"[^\w\- ]", "", heading.strip().lower()).replace(" ", "-"))
-    return anchor_names
+    headings = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", h.strip().lower()).replace(" ", "-") for h in headings}

@@ -279,7 +279,7 @@ def test_differences_do_not_pass_a_jump(sigma: float) -> None:
 
 def resampled(monkeypatch: pytest.MonkeyPatch, cores: int, **options: Any) -> fs.Fit:
     """Return a fit with resamples on a number of cores, however little time they take."""
-    monkeypatch.setattr("frictionsim.fits.search.SECONDS_THAT_PAY", 0.0)
+    monkeypatch.setattr("frictionsim.fits.search.LONG", 0.0)
     monkeypatch.setattr("frictionsim.fits.search.available_cores", lambda: cores)
     return fit_line(line(0.1, seed=5, count=6), bootstrap=40, **options)
 

@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,19 +20,16 @@ RUNS = 600  # in many blocks of which some are done and some are not when one is
 VARY = {LOAD: f"lin(2000, 2400, {RUNS})"}
 
 
-@pytest.fixture(scope="module")
-def cluster() -> Iterator[Any]:
-    """A scheduler and two worker processes."""
-    distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=logging.CRITICAL
-    ) as address:
-        yield address
+@pytest.fixture
+def distributed() -> Any:
+    return pytest.importorskip("distributed", reason="the extra dask is not installed")
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kills a worker")
-def test_a_worker_that_is_killed_costs_nothing(cluster: Any, tmp_path: Path, capfd: Any) -> None:
+def test_a_killed_worker_costs_nothing_and_a_lost_scheduler_ends_the_sweep(
+    distributed: Any, tmp_path: Path, capfd: Any
+) -> None:
     killed: list[int] = []
 
     def kill_one(sweep: Any) -> None:
@@ -41,21 +37,30 @@ def test_a_worker_that_is_killed_costs_nothing(cluster: Any, tmp_path: Path, cap
             killed.append(next(iter(cluster.workers.values())).pid)
             os.kill(killed[0], signal.SIGKILL)
 
-    serial, spread = tmp_path / "serial.h5", tmp_path / "spread.h5"
-    fs.sweep(PULLEY, VARY, LOOSE, output=serial, workers=1)
-    address = cluster.scheduler_address
-    capfd.readouterr()
-    sweep = fs.sweep(PULLEY, VARY, LOOSE, output=spread, dask=address, progress=kill_one)
-    assert killed
-    assert spread.read_bytes() == serial.read_bytes()
-    assert sweep["status"].values.tolist() == [1] * RUNS
-    assert capfd.readouterr() == ("", "")
-    assert sorted(os.listdir(tmp_path)) == ["serial.h5", "spread.h5"]
+    def lose(sweep: Any) -> None:
+        if 0 < sweep.done < sweep.total:
+            cluster.close()
+
+    whole, spread, lost = (tmp_path / f"{name}.h5" for name in ("whole", "spread", "lost"))
+    fs.sweep(PULLEY, VARY, LOOSE, output=whole, workers=1)
+    quiet: dict[str, Any] = {"dashboard_address": None, "silence_logs": logging.CRITICAL}
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, **quiet) as cluster:
+        dask = cluster.scheduler_address
+        capfd.readouterr()
+        sweep = fs.sweep(PULLEY, VARY, LOOSE, output=spread, dask=dask, progress=kill_one)
+        assert killed
+        assert spread.read_bytes() == whole.read_bytes()
+        assert sweep["status"].values.tolist() == [1] * RUNS
+        assert capfd.readouterr() == ("", "")
+        with pytest.raises(fs.SolverError, match="dask: lost the connection to the") as ended:
+            fs.sweep(PULLEY, VARY, LOOSE, output=lost, dask=dask, progress=lose)
+    assert ended.value.exit_code == 5
+    fs.resume_sweep(tmp_path / "lost.partial.runs", workers=2)
+    assert lost.read_bytes() == whole.read_bytes()
 
 
 @pytest.mark.slow
-def test_a_worker_of_another_version_is_refused(tmp_path: Path) -> None:
-    distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
+def test_a_worker_of_another_version_is_refused(distributed: Any, tmp_path: Path) -> None:
     other, output = tmp_path / "other", tmp_path / "s.h5"
     shutil.copytree(ROOT / "frictionsim", other / "frictionsim")
     (other / "frictionsim" / "version.py").write_text('__version__ = "9.9"\n')
@@ -78,8 +83,7 @@ def test_a_worker_of_another_version_is_refused(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == ["other"]
 
 
-def test_a_scheduler_that_is_not_there_is_reported(tmp_path: Path) -> None:
-    pytest.importorskip("distributed", reason="the extra dask is not installed")
+def test_a_scheduler_that_is_not_there_is_reported(distributed: Any, tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as closed:
         address = f"tcp://127.0.0.1:{closed.getsockname()[1]}"
     with pytest.raises(fs.InputError, match=f"dask {address}: no scheduler with workers answers"):
@@ -87,22 +91,8 @@ def test_a_scheduler_that_is_not_there_is_reported(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.slow
-def test_a_lost_scheduler_ends_the_sweep_which_goes_on(tmp_path: Path) -> None:
-    distributed = pytest.importorskip("distributed", reason="the extra dask is not installed")
-    lost = distributed.LocalCluster(n_workers=1, dashboard_address=":0", silence_logs=60)
-
-    def lose(step: Any) -> None:
-        if 0 < step.done < step.total:
-            lost.close()
-
-    with pytest.raises(fs.SolverError) as ended:
-        fs.sweep(
-            *(PULLEY, VARY, LOOSE),
-            output=tmp_path / "s.h5",
-            dask=lost.scheduler_address,
-            progress=lose,
-        )
-    assert ended.value.exit_code == 5
-    assert "dask: lost the connection to the scheduler" in str(ended.value)
-    assert fs.resume_sweep(tmp_path / "s.partial.runs", workers=2).status == "done"
+def test_a_missing_extra_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    missing = r"is not installed; install it with pip install 'frictionsim\[dask\]'"
+    with pytest.raises(fs.InputError, match=missing):
+        fs.sweep(PULLEY, VARY, LOOSE, dask="tcp://localhost:1")

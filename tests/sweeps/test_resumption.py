@@ -81,7 +81,8 @@ def test_an_interrupted_sweep_is_resumed_to_the_same_bytes(whole: bytes, tmp_pat
     assert caught.value is error
     assert fs.open_sweep(part).reason.startswith("stopped by an error (ZeroDivisionError) after ")
     assert runs_done(part) > done
-    fs.resume_sweep(path, workers=2)  # with another number of workers
+    # With another number of workers, and the path spelt in another way.
+    fs.resume_sweep(path, workers=2, output=os.path.relpath(path))
     assert path.read_bytes() == whole
     assert os.listdir(tmp_path) == ["s.h5"]
 
@@ -275,6 +276,10 @@ def test_series_are_kept_resumed_and_copied(tmp_path: Path) -> None:
     part = interrupted(tmp_path, 2, keep_series=True, vary=vary)
     assert sorted(os.listdir(folder)) == ["run-0000000.h5", "run-0000001.h5", "study.toml"]
     stamp = (folder / "run-0000000.h5").stat().st_mtime_ns
+    (folder / "run-0000002.h5").write_text("mine\n")
+    with pytest.raises(fs.OutputError, match=r"cannot write the result: .* 2 of 3 runs are saved"):
+        fs.resume_sweep(part, workers=1)
+    (folder / "run-0000002.h5").unlink()
     (tmp_path / "b").mkdir()
     other = tmp_path / "b" / "s.h5"
     fs.resume_sweep(part, output=other, workers=1)
