@@ -457,11 +457,12 @@ class Result(ResultBase):
         """Yield the lines and tables of the summary, and its data."""
         # Imported here because a comparison has no summary.
         from frictionsim.reports.run_tables import audit_table, digits_of, quantities_table
+        from frictionsim.scenario.origin import heading_of
 
         attributes = self.record.attributes
         effects = ", ".join(self.effects) or "none"
         law = f"law {attributes['law']}, " if attributes.get("law") else ""
-        yield f"{self.title or self.kind}: {self.status}"
+        yield f"{heading_of(attributes)}: {self.status}"
         yield f"kind {self.kind}, effects {effects}, {law}backend {attributes['backend']}"
         if overrides := set_line(attributes):
             yield overrides
