@@ -247,20 +247,9 @@ def save_pictures(
 ) -> SavedPictures:
     """Write pictures of the result of a run, of a sweep, or of several results.
 
-    Parameters
-    ----------
-    path : Path or None
-        Ends in .png, .pdf or .svg. Each of several views, or a single named view without a path,
-        is written to FILE-<view>.png.
-    no_clobber : bool
-        Do not replace existing files.
-
-    Raises
-    ------
-    InputError
-        If nothing can be drawn, or two pictures would be one file.
-    OutputError
-        If a picture cannot be written.
+    Each of several views, or a single named view without a path, is written to FILE-<view>.png.
+    InputError is raised if nothing can be drawn, or two pictures would be one file; OutputError if
+    one cannot be written.
     """
     if path is not None:
         check_format(path)

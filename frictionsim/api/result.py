@@ -31,6 +31,7 @@ from frictionsim.results import (
     quantities_json,
 )
 from frictionsim.scenario.arguments import as_path
+from frictionsim.scenario.origin import heading_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -457,7 +458,6 @@ class Result(ResultBase):
         """Yield the lines and tables of the summary, and its data."""
         # Imported here because a comparison has no summary.
         from frictionsim.reports.run_tables import audit_table, digits_of, quantities_table
-        from frictionsim.scenario.origin import heading_of
 
         attributes = self.record.attributes
         effects = ", ".join(self.effects) or "none"
@@ -555,10 +555,7 @@ def open(path: str | PathLike[str]) -> Result:
 def checkpoint_of(result: Result) -> dict[str, Any]:
     """Return the state to resume from; of a result from a file it is read and verified.
 
-    Raises
-    ------
-    InputError
-        If the run cannot be resumed.
+    InputError is raised if the run cannot be resumed.
     """
     record, path = result.record, result.path
     if record.checkpoint is not None:
