@@ -51,46 +51,29 @@ if TYPE_CHECKING:
     from frictionsim.scenario.loading import loads as loads
     from frictionsim.scenario.settings import Scenario as Scenario
 
-# The module of each public name.
 _MODULES = {
-    "load": "scenario.loading",
-    "loads": "scenario.loading",
-    "Scenario": "scenario.settings",
-    "solve": "api.solving",
-    "resume": "api.solving",
-    "static": "api.scenarios",
-    "open": "api.result",
-    "Result": "api.result",
-    "cost": "api.studies",
-    "Study": "api.studies",
-    "sweep": "api.sweeping",
-    "open_sweep": "api.sweep_result",
-    "Sweep": "api.sweep_result",
-    "resume_sweep": "api.sweeping",
-    "fit": "api.fitting",
-    "Fit": "api.fitting",
-    "compare": "api.comparing",
-    "Comparison": "io.comparison",
-    "plot": "api.pictures",
-    "animate": "api.pictures",
-    "report": "api.reporting",
-    "new": "api.scenarios",
-    "scenarios": "api.scenarios",
-    "schema": "scenario.authoring",
-    "kinds": "api.scenarios",
-    "warm_up": "api.scenarios",
-    "WarmedUp": "api.scenarios",
-    "run_command_line": "cli.commands",
-    "Quantity": "results",
-    "Check": "results",
-    "FrictionsimError": "errors",
-    "InputError": "errors",
-    "ArgumentError": "errors",
-    "Interrupted": "errors",
-    "ScenarioError": "errors",
-    "SolverError": "errors",
-    "AuditError": "errors",
-    "OutputError": "errors",
+    name: module
+    for module, names in {
+        "scenario.loading": "load loads",
+        "scenario.settings": "Scenario",
+        "api.solving": "solve resume",
+        "api.scenarios": "static new scenarios kinds warm_up WarmedUp",
+        "api.result": "open Result",
+        "api.studies": "cost Study",
+        "api.sweeping": "sweep resume_sweep",
+        "api.sweep_result": "open_sweep Sweep",
+        "api.fitting": "fit Fit",
+        "api.comparing": "compare",
+        "io.comparison": "Comparison",
+        "api.pictures": "plot animate",
+        "api.reporting": "report",
+        "scenario.authoring": "schema",
+        "cli.commands": "run_command_line",
+        "results": "Quantity Check",
+        "errors": "FrictionsimError InputError ArgumentError Interrupted ScenarioError SolverError"
+        " AuditError OutputError",
+    }.items()
+    for name in names.split()
 }
 
 # Without `open`, which `from frictionsim import *` would hide.

@@ -1,7 +1,6 @@
 """The inventory: what the program offers, by name, as users meet it.
 
     python -m tests.inventory                    write tests/inventory.json anew
-    python -m tests.inventory --check            exit code 1 where that is not the present one
     python -m tests.inventory diff OLD.json      what is gone (-) and new (+) since another one
 
 Commands and exit codes are those of `--help`; keys and channels those of the schemas; views those
@@ -10,7 +9,6 @@ have none, and of `static`. Warnings are the rows of docs/warnings.md, which `te
 against the code.
 """
 
-import argparse
 import contextlib
 import inspect
 import io
@@ -222,27 +220,16 @@ def differences(old: Inventory, new: Inventory) -> list[str]:
     ]
 
 
-def main() -> int:
-    """Read the arguments and do what they say."""
-    form = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(
-        "python -m tests.inventory", None, __doc__, formatter_class=form
-    )
-    parser.add_argument("--check", action="store_true")
-    parser.add_argument("command", nargs="*", metavar="diff OLD.json")
-    given = parser.parse_args()
-    if given.command and (given.command[0] != "diff" or len(given.command) != 2):
-        parser.error("expected nothing, --check, or diff OLD.json")
-    if not given.command and not given.check:
+def main(arguments: list[str]) -> None:
+    """Write the inventory, or print what differs from another one."""
+    if not arguments:
         STORED.write_text(as_text(inventory()), encoding="utf-8")
-        return 0
-    old = Path(given.command[1]) if given.command else STORED
-    differing = differences(json.loads(old.read_text(encoding="utf-8")), inventory())
-    print("\n".join(differing))
-    if given.check and differing:
-        print(ANEW, file=sys.stderr)
-    return 1 if given.check and differing else 0
+        return
+    if len(arguments) != 2 or arguments[0] != "diff":
+        sys.exit("expected nothing, or diff OLD.json")
+    old = json.loads(Path(arguments[1]).read_text(encoding="utf-8"))
+    print("\n".join(differences(old, inventory())))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main(sys.argv[1:])

@@ -1,7 +1,6 @@
 """What the program offers is what its inventory says."""
 
 import json
-from pathlib import Path
 
 import pytest
 
@@ -35,15 +34,3 @@ def test_what_is_gone_and_new_is_said_by_name(present: inventory.Inventory) -> N
         "- views: shaft: shadow",
         "+ commands: solve: --estimate-error",
     ]
-
-
-def test_the_quantities_are_those_of_their_page(present: inventory.Inventory) -> None:
-    page = (Path(inventory.ROOT) / "docs" / "quantities.md").read_text(encoding="utf-8")
-    for names in present["quantities"].values():
-        for name in names:
-            assert (
-                f"`{name.replace('<pulley>_to_<pulley>', 'driver_to_driven')}`".replace(
-                    "<pulley>", "driver"
-                )
-                in page
-            ), name

@@ -127,15 +127,8 @@ def sweep_dataset(table: SweepTable) -> xarray.Dataset:
 def sweep_table(dataset: Any) -> SweepTable:
     """Return the table of a dataset of `sweep` or `open_sweep`, or of a part of one.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Keys of a grid to which one value was given (`sel`, `isel`) are no longer varied.
-
-    Raises
-    ------
-    InputError
-        If it is no dataset of a sweep.
+    Keys of a grid to which one value was given (`sel`, `isel`) are no longer varied. InputError is
+    raised if it is no dataset of a sweep.
     """
     attributes = {
         str(name): str(text)

@@ -143,7 +143,7 @@ class Fit(FitOutcome, ResultBase):
         """Yield the estimates, their correlations and the residuals, and their data."""
         number = counted(sum(part.values.size for part in self.residuals), "value")
         fit = f"fit of {counted(len(self.keys), 'key')} to {number}"
-        yield f"{self.scenario.title or self.scenario.kind}: {fit}"
+        yield f"{self.scenario.title or Path(self.source).stem or self.scenario.kind}: {fit}"
         if self.set_keys:
             yield self.set_keys
         yield self._estimates()

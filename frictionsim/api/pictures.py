@@ -60,6 +60,11 @@ def _inches(text: Any) -> float:
     return inches
 
 
+def _entries(given: Any) -> tuple[Any, ...]:
+    is_one = isinstance(given, str) or not isinstance(given, Sequence)
+    return (given,) if is_one else tuple(given)
+
+
 def _start_and_stop(given: Any) -> Any:
     if not isinstance(given, Sequence) or isinstance(given, str) or len(given) != 2:
         raise ValueError(f"expected start and end in s, e.g. (0.5, 1.0), got {given!r:.60}")
@@ -90,9 +95,7 @@ class PlotOptions(Options):
     per entry. "all" draws each view or quantity.
     """
 
-    view: Annotated[
-        tuple[str, ...], BeforeValidator(lambda v: (v,) if isinstance(v, str) else tuple(v))
-    ] = ()
+    view: Annotated[tuple[str, ...], BeforeValidator(_entries)] = ()
     body: int | None = None
     at: Annotated[
         dict[str, Any], BeforeValidator(by_name("KEY=VALUE, e.g. mechanism.load=2000", str))
@@ -247,20 +250,9 @@ def save_pictures(
 ) -> SavedPictures:
     """Write pictures of the result of a run, of a sweep, or of several results.
 
-    Parameters
-    ----------
-    path : Path or None
-        Ends in .png, .pdf or .svg. Each of several views, or a single named view without a path,
-        is written to FILE-<view>.png.
-    no_clobber : bool
-        Do not replace existing files.
-
-    Raises
-    ------
-    InputError
-        If nothing can be drawn, or two pictures would be one file.
-    OutputError
-        If a picture cannot be written.
+    Each of several views, or a single named view without a path, is written to FILE-<view>.png.
+    InputError is raised if nothing can be drawn, or two pictures would be one file; OutputError if
+    one cannot be written.
     """
     if path is not None:
         check_format(path)

@@ -31,6 +31,7 @@ from frictionsim.results import (
     quantities_json,
 )
 from frictionsim.scenario.arguments import as_path
+from frictionsim.scenario.origin import heading_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -466,7 +467,7 @@ class Result(ResultBase):
         attributes = self.record.attributes
         effects = ", ".join(self.effects) or "none"
         law = f"law {attributes['law']}, " if attributes.get("law") else ""
-        yield f"{self.title or self.kind}: {self.status}"
+        yield f"{heading_of(attributes)}: {self.status}"
         yield f"kind {self.kind}, effects {effects}, {law}backend {attributes['backend']}"
         if overrides := set_line(attributes):
             yield overrides
@@ -558,10 +559,7 @@ def open(path: str | PathLike[str]) -> Result:
 def checkpoint_of(result: Result) -> dict[str, Any]:
     """Return the state to resume from; of a result from a file it is read and verified.
 
-    Raises
-    ------
-    InputError
-        If the run cannot be resumed.
+    InputError is raised if the run cannot be resumed.
     """
     record, path = result.record, result.path
     if record.checkpoint is not None:

@@ -114,19 +114,10 @@ def new(kind: str) -> str:
 
 
 def write_with_schema(file: "Path", text: str) -> "tuple[list[Path], list[str]]":
-    """Write a scenario, and beside it its schema for editors.
+    """Write a scenario, and beside it its schema for editors, unless another one is there.
 
-    Returns
-    -------
-    list of Path
-        The files that were written.
-    list of str
-        A warning if another schema exists there; it is kept.
-
-    Raises
-    ------
-    OutputError
-        If a file cannot be written, or the scenario exists already.
+    Returns the files that were written, and a warning of another schema; OutputError is raised if a
+    file cannot be written, or the scenario exists already.
     """
     from frictionsim.io.output_file import SCENARIO, SCHEMA, check_free, check_output, write_new
     from frictionsim.scenario.authoring import schema, schema_file
@@ -214,14 +205,7 @@ def warm_up(kind: str | None = None) -> tuple[WarmedUp, ...]:
 
 
 def warming(kind: str | None, monitor: "RunMonitor") -> Iterator[WarmedUp]:
-    """Compile as `warm_up` does, one combination at a time.
-
-    Parameters
-    ----------
-    kind : str or None
-    monitor : RunMonitor
-        As for `Simulation.compile`.
-    """
+    """Compile as `warm_up` does, one combination at a time."""
     if kind is not None and kind not in KINDS and kind not in kind_names():
         raise InputError(unknown("kind", kind, list(kind_names())))
     for name, path in shipped_scenarios().items():
@@ -230,14 +214,10 @@ def warming(kind: str | None, monitor: "RunMonitor") -> Iterator[WarmedUp]:
         scenario = load(path)
         if kind not in (None, scenario.kind):
             continue
-        for backend in _compiled_methods(scenario):
+        for backend in methods.methods_of(scenario.pairs, scenario.law):
+            if methods.METHODS[backend].scipy_class:  # they are there for comparison
+                continue
             chosen = load(path, backend=backend)
             simulation = mechanism_module(chosen.kind).simulation(chosen)
             if (seconds := simulation.compile(monitor)) is not None:
                 yield WarmedUp(name, backend, seconds)
-
-
-def _compiled_methods(scenario: Scenario) -> tuple[str, ...]:
-    """Return our methods for the scenario's friction law: SciPy's are there for comparison."""
-    names = methods.methods_of(scenario.pairs, scenario.law)
-    return tuple(name for name in names if not methods.METHODS[name].scipy_class)

@@ -32,13 +32,12 @@ from frictionsim.io.sweep_table import (
     DONE,
     FAILED,
     NOT_RUN,
-    SOBOL,
     STATUSES,
     SweepTable,
 )
 from frictionsim.results import finite
 from frictionsim.scenario.arguments import as_path
-from frictionsim.scenario.origin import origin_of
+from frictionsim.scenario.origin import heading_of, origin_of
 from frictionsim.scenario.toml_data import toml_value
 from frictionsim.sweeps.statistics import (
     Group,
@@ -247,17 +246,10 @@ DESIGNS = {
 }
 WORDS = {FAILED: "failed", AUDIT_FAILED: "with a failed audit", NOT_RUN: "not run"}
 STATISTICS = ("mean", "standard_deviation", "quantile_5", "quantile_50", "quantile_95")
-HEADINGS_OF_SAMPLE = (
-    *("quantity", ">mean", ">standard deviation", ">5 %", ">50 %", ">95 %", "unit"),
-    ">defined in runs",
-)
-HEADINGS_OF_EXTREMES = (
-    *("quantity", ">least", ">in run", ">largest", ">in run", "unit", ">defined in runs"),
-)
-HEADINGS_OF_INDICES = (
-    *("Sobol indices of", "key", ">first-order", ">95 % of first-order"),
-    *(">total", ">95 % of total"),
-)
+ENDS = ("least", "largest")
+OF_SAMPLE = (">mean", ">standard deviation", ">5 %", ">50 %", ">95 %")
+OF_GRID = (">least", ">in run", ">largest", ">in run")
+INDICES = (">first-order", ">95 % of first-order", ">total", ">95 % of total")
 
 
 def sweep_parts(table: SweepTable, path: Path | None) -> Document:
@@ -267,12 +259,12 @@ def sweep_parts(table: SweepTable, path: Path | None) -> Document:
     """
     attributes = table.attributes
     sampling = sampling_of(table)
-    failed, warnings = grouped(_reasons(table)), grouped(table.texts["warnings"])
+    groups = {"failed": grouped(_reasons(table)), "warnings": grouped(table.texts["warnings"])}
     varied: dict[str, dict[str, Any]] = {
         key: {
             "unit": coordinate.unit or None,
             "distribution": sampling.vary[key].text if sampling else None,
-            "values": None if sampling else [plain(value) for value in coordinate.values],
+            "values": None if sampling else [_plain(value) for value in coordinate.values],
         }
         for key, coordinate in table.coordinates.items()
     }
@@ -281,8 +273,7 @@ def sweep_parts(table: SweepTable, path: Path | None) -> Document:
     }
     indices = _indices(table)
     independent = independent_runs(table, sampling).stop
-    runs = {word: table.count(status) for status, word in STATUSES}
-    yield f"{attributes['title'] or attributes['kind']}: sweep {attributes['status']}"
+    yield f"{heading_of(attributes)}: sweep {attributes['status']}"
     yield f"kind {attributes['kind']}, {DESIGNS.get(attributes['design'], attributes['design'])}"
     if overrides := set_line(attributes):
         yield overrides
@@ -292,22 +283,25 @@ def sweep_parts(table: SweepTable, path: Path | None) -> Document:
     ]
     yield Table(("key", ">values", "unit"), keys)
     yield _counts_text(table)
-    shown = _shown(table)
-    if sampling:
-        rows = [_statistics_row(*item, shown) for item in quantities.items()]
-        yield Table(HEADINGS_OF_SAMPLE, rows)
-        if sampling.indices:
-            yield (
-                f"the first {independent} runs are independent and make these numbers; the others"
-                " are for Sobol indices"
-            )
-        if indices is not None:
-            yield from _indices_parts(indices)
-    else:
-        rows = [_extremes_row(table, *item, shown) for item in quantities.items()]
-        yield Table(HEADINGS_OF_EXTREMES, rows)
-    yield from _group_lines("failed", failed)
-    yield from _group_lines("warnings", warnings)
+    headings = OF_SAMPLE if sampling else OF_GRID
+    rows, shown = [], _shown(table)
+    for name, of in quantities.items():
+        if sampling:
+            cells = [shown(name, of[word]) for word in STATISTICS]
+        else:  # which of equal runs is least is roundoff
+            is_flat = is_constant(sound_values(table, name))
+            pairs = ((of[end]["value"], "" if is_flat else str(of[end]["run"])) for end in ENDS)
+            cells = [cell for value, run in pairs for cell in (shown(name, value), run)]
+        rows.append((name, *cells, of["unit"], str(of["runs"])))
+    yield Table(("quantity", *headings, "unit", ">defined in runs"), rows)
+    if sampling and sampling.indices:
+        yield (
+            f"the first {independent} runs are independent and make these numbers; the others are"
+            " for Sobol indices"
+        )
+    yield from _indices_parts(indices or {})
+    for word, of_word in groups.items():
+        yield from _group_lines(word, of_word)
     if attributes["reason"]:
         yield f"stopped: {attributes['reason']}"
     if path is not None:
@@ -318,20 +312,30 @@ def sweep_parts(table: SweepTable, path: Path | None) -> Document:
             "scenario": attributes["source"] or None,
             "overrides": origin_of(attributes).values,
             **{name: attributes[name] for name in ("kind", "title", "design", "status", "reason")},
-            "runs": {"all": table.runs} | runs,
+            "runs": {"all": table.runs} | {word: table.count(status) for status, word in STATUSES},
             "varied": varied,
             "independent_runs": independent if sampling else None,
             "sobol_indices": indices,
-            "failures": [group._asdict() for group in failed],
-            "warnings": [group._asdict() for group in warnings],
+            "failures": [group._asdict() for group in groups["failed"]],
+            "warnings": [group._asdict() for group in groups["warnings"]],
             "output": None if path is None else str(path),
         }
     )
 
 
-def plain(value: Any) -> Any:
+def _plain(value: Any) -> Any:
     """Return a value of a key as one of Python."""
     return value.item() if hasattr(value, "item") else value
+
+
+def _reasons(table: SweepTable) -> dict[int, str]:
+    """Return the reasons of failed runs and audits by their numbers, each in one line."""
+    failures, reasons = table.texts["failure"], table.texts["reason"]
+    texts = {
+        run: (failures.get(run, ""), " ".join(reasons.get(run, "").split()))
+        for run in sorted({*failures, *reasons})
+    }
+    return {run: ": ".join(filter(None, text)) for run, text in texts.items()}
 
 
 def _summary(table: SweepTable, name: str, sampling: SweepOptions | None) -> dict[str, Any]:
@@ -341,47 +345,33 @@ def _summary(table: SweepTable, name: str, sampling: SweepOptions | None) -> dic
         statistics = statistics_of(values[independent_runs(table, sampling)])
         return {word: finite(number) for word, number in statistics._asdict().items()}
     found: dict[str, Any] = {"runs": int((values == values).sum())}
-    for word, run in zip(("least", "largest"), extreme_runs(values) or (None, None), strict=True):
+    for word, run in zip(ENDS, extreme_runs(values) or (None, None), strict=True):
         found[word] = {"value": None, "run": None, "at": None}
         if run is not None:
-            at = {key: plain(value) for key, value in varied_values(table, run).items()}
+            at = {key: _plain(value) for key, value in varied_values(table, run).items()}
             found[word] = {"value": finite(float(values[run])), "run": run, "at": at}
     return found
 
 
 def _indices(table: SweepTable) -> dict[str, Any] | None:
     """Return the Sobol indices of a sample by quantity and key, with their basis."""
+
+    def of_key(column: list[float]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for word, three in (("first", column[:3]), ("total", column[3:])):
+            found[word], *ends = map(finite, three)
+            found[f"{word}_interval"] = None if None in ends else ends
+        return found
+
     if table.sobol is None:
         return None
     return {
         name: {
             "basis": basis,
-            "keys": {
-                key: _indices_of_key(dict(zip(SOBOL, map(finite, column), strict=True)))
-                for key, column in zip(table.coordinates, values.T.tolist(), strict=True)
-            },
+            "keys": dict(zip(table.coordinates, map(of_key, values.T.tolist()), strict=True)),
         }
         for name, (basis, values) in table.sobol.items()
     }
-
-
-def _indices_of_key(of: dict[str, float | None]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for word in ("first", "total"):
-        ends = [of[f"sobol_{word}_low"], of[f"sobol_{word}_high"]]
-        found[word] = of[f"sobol_{word}"]
-        found[f"{word}_interval"] = None if None in ends else ends
-    return found
-
-
-def _reasons(table: SweepTable) -> dict[int, str]:
-    """Return the reasons of failed runs and audits by run, in one line each."""
-    failures, reasons = table.texts["failure"], table.texts["reason"]
-    texts = {
-        run: (failures.get(run, ""), " ".join(reasons.get(run, "").split()))
-        for run in sorted({*failures, *reasons})
-    }
-    return {run: ": ".join(filter(None, text)) for run, text in texts.items()}
 
 
 def _counts_text(table: SweepTable) -> str:
@@ -394,29 +384,21 @@ def _counts_text(table: SweepTable) -> str:
 def _range_text(values: list[Any]) -> str:
     """Return the values of a key in short."""
     shown = [
-        value
-        if isinstance(value, str)
-        else study_text(value)
-        if isinstance(value, float)
-        else toml_value(value)
-        for value in values
+        study_text(v) if isinstance(v, float) else v if isinstance(v, str) else toml_value(v)
+        for v in values
     ]
     if len(shown) <= MAX_VALUES + 1:
         return ", ".join(shown)
     return f"{', '.join(shown[: MAX_VALUES - 1])} ... {shown[-1]} ({len(shown)} values)"
 
 
-Shown = Callable[[str, float | None], str]
-"""The text of a value of a quantity, by its name."""
-
-
-def _shown(table: SweepTable) -> Shown:
-    """Return how values are shown: in as many digits as in the summary of a run, at most six."""
+def _shown(table: SweepTable) -> Callable[[str, float | None], str]:
+    """Return how a quantity is shown: in as many digits as in the summary of a run, at most six."""
     from frictionsim.reports.run_tables import digits_of
 
     digits = digits_of(table.attributes["kind"], table.attributes["scenario"])
     # A given speed or pretension does not depend on the mesh.
-    values = (plain(value) for one in table.coordinates.values() for value in one.values)
+    values = (_plain(value) for one in table.coordinates.values() for value in one.values)
     varied = {value for value in values if isinstance(value, float)}
 
     def shown(name: str, value: float | None) -> str:
@@ -424,23 +406,6 @@ def _shown(table: SweepTable) -> Shown:
         return quantity_text(value, digits=count) if count < STUDY_DIGITS else study_text(value)
 
     return shown
-
-
-def _statistics_row(name: str, data: dict[str, Any], shown: Shown) -> tuple[str, ...]:
-    numbers = (shown(name, data[word]) for word in STATISTICS)
-    return name, *numbers, data["unit"], str(data["runs"])
-
-
-def _extremes_row(
-    table: SweepTable, name: str, data: dict[str, Any], shown: Shown
-) -> tuple[str, ...]:
-    # Which of equal runs is least is roundoff.
-    has_places = not is_constant(sound_values(table, name))
-    cells = [
-        (shown(name, data[word]["value"]), str(data[word]["run"]) if has_places else "")
-        for word in ("least", "largest")
-    ]
-    return name, *cells[0], *cells[1], data["unit"], str(data["runs"])
 
 
 def _indices_parts(indices: dict[str, Any]) -> Document:
@@ -458,16 +423,13 @@ def _indices_parts(indices: dict[str, Any]) -> Document:
             rows.setdefault(basis, []).append((name, key, *cells))
     for basis, of_basis in rows.items():
         yield f"Sobol indices {basis}"
-        yield Table(HEADINGS_OF_INDICES, of_basis)
+        yield Table(("Sobol indices of", "key", *INDICES), of_basis)
 
 
-def _group_lines(word: str, groups: list[Group]) -> list[str]:
-    lines = [
-        f"{word}, {group.runs} runs: {group.text} (run {group.first_run})"
-        if group.runs > 1
-        else f"{word}, run {group.first_run}: {group.text}"
-        for group in groups[:MAX_GROUPS]
-    ]
+def _group_lines(word: str, groups: list[Group]) -> Document:
+    for group in groups[:MAX_GROUPS]:
+        several = group.runs > 1
+        runs = f", {group.runs} runs" if several else f", run {group.first_run}"
+        yield f"{word}{runs}: {group.text}" + f" (run {group.first_run})" * several
     if rest := groups[MAX_GROUPS:]:
-        lines.append(f"{word}: {len(rest)} more kinds, in {sum(g.runs for g in rest)} runs")
-    return lines
+        yield f"{word}: {len(rest)} more kinds, in {sum(g.runs for g in rest)} runs"

@@ -65,16 +65,16 @@ def solve(
     log_on_stderr(verbose, quiet)
     loaded = _load_all(scenario, overrides, backend)
     targets = _targets(scenario, output, no_clobber)
-    runs = _Runs(as_json, quiet, several=len(scenario) > 1)
-    left = len(scenario)
-    for source, one, target in zip(scenario, loaded, targets, strict=True):
-        run = partial(fs.solve, one, output=target, no_clobber=no_clobber, **limits)
-        left -= 1
-        if runs.add(run, one, source, target):
-            if left:
-                print_error(f"not solved: {left} of the scenarios, after this one")
-            break
-    return runs.close()
+    runs = [
+        (
+            partial(fs.solve, one, output=target, no_clobber=no_clobber, **limits),
+            one,
+            source,
+            target,
+        )
+        for source, one, target in zip(scenario, loaded, targets, strict=True)
+    ]
+    return _run_all(runs, as_json, quiet)
 
 
 @command()
@@ -114,61 +114,53 @@ def resume(
         sweep = partial(fs.resume_sweep, file, **options)
         return run_sweep(sweep, str(result), None, as_json, quiet)
     checkpoint_of(incomplete)  # raises first if the run cannot be resumed
-    runs = _Runs(as_json, quiet)
     run = partial(fs.resume, incomplete, **options)
-    runs.add(run, incomplete.scenario, str(result), output or whole_name(file))
-    return runs.close()
+    whole = output or whole_name(file)
+    return _run_all([(run, incomplete.scenario, str(result), whole)], as_json, quiet)
 
 
-class _Runs:
-    """Runs one after the other, with their output; the exit code is the highest of all.
+def _run_all(
+    runs: "Sequence[tuple[Callable[..., fs.Result], Scenario, str, Path]]",
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Run one after the other, and print their summaries and ends; return the highest exit code.
 
-    With `several` an error in one skips that one, and JSON is a list.
+    A run takes `progress`; beside it are its scenario, what the user calls that, and the file of
+    the complete result. Of several an error in one skips that one, and JSON is a list.
     """
-
-    def __init__(self, as_json: bool, quiet: bool, several: bool = False) -> None:
-        self._as_json, self._quiet, self._several = as_json, quiet, several
-        self._objects: list[dict[str, Any]] = []
-        self._exit_code = EXIT_DONE
-
-    def add(
-        self, run: "Callable[..., fs.Result]", scenario: "Scenario", source: str, whole: Path
-    ) -> bool:
-        """Run a scenario, and print its summary and its end; return whether a signal stopped it.
-
-        `run` takes `progress`, and writes the complete result to the file `whole`.
-        """
-        known, prefix = scenario.warnings(), f"{source}: " if self._several else ""
+    several, code, documents = len(runs) > 1, EXIT_DONE, list[dict[str, Any]]()
+    for number, (run, scenario, source, whole) in enumerate(runs, 1):
+        known, prefix = scenario.warnings(), f"{source}: " if several else ""
         warn(known, prefix)  # before the run, so that the user can stop it
-        shown = not (self._quiet or self._as_json)
         try:
             # Written within the monitor, so that a first signal does not interrupt the writing.
-            with CommandMonitor(scenario.solver.duration, shown, self._quiet) as monitor:
+            shown = not (quiet or as_json)
+            with CommandMonitor(scenario.solver.duration, shown, quiet) as monitor:
                 result = run(progress=monitor)
         except (InputError, OutputError) as error:
-            if not self._several:
+            if not several:
                 raise
             print_error(f"{prefix}{str(error).removeprefix(prefix)}")
-            self._exit_code = max(self._exit_code, error.exit_code)
-            return False
+            code = max(code, error.exit_code)
+            continue
         warn((one for one in result.warnings if one not in known), prefix)
-        if self._as_json:
-            self._objects.append(result.to_json() | {"scenario": source})
-        elif not self._quiet:
+        if as_json:
+            documents.append(result.to_json() | {"scenario": source})
+        elif not quiet:
             print_beside_files(result.summary())
         if result.error_estimate and not result.errors:
             print_error(f"warning: {result.error_estimate}")
         print_end(result, whole)
         received = monitor.signals.received  # it may have been while the result was written
-        code = EXIT_SIGNAL + received if received and self._several else result.exit_code
-        self._exit_code = max(self._exit_code, code)
-        return bool(received)
-
-    def close(self) -> int:
-        """Print the JSON; return the exit code."""
-        if self._as_json:
-            print_beside_files(self._objects if self._several else self._objects[0])
-        return self._exit_code
+        code = max(code, EXIT_SIGNAL + received if received and several else result.exit_code)
+        if received:
+            if left := len(runs) - number:
+                print_error(f"not solved: {left} of the scenarios, after this one")
+            break
+    if as_json:
+        print_beside_files(documents if several else documents[0])
+    return code
 
 
 def run_sweep(

@@ -52,14 +52,7 @@ def print_error(message: str) -> None:
 
 
 def warn(warnings: Iterable[str], source: str = "") -> None:
-    """Print warnings on stderr.
-
-    Parameters
-    ----------
-    warnings : iterable of str
-    source : str
-        Prefix of each warning, such as "file: ".
-    """
+    """Print warnings on stderr, each behind a prefix such as "file: "."""
     for warning in warnings:
         print_error(f"warning: {source}{warning}")
 
@@ -126,12 +119,7 @@ def print_beside_files(data: Any) -> None:
 def log_on_stderr(verbose: int, quiet: bool = False) -> None:
     """Print logged warnings; with -v also information, with -vv also details.
 
-    Parameters
-    ----------
-    verbose : int
-        How often -v was given.
-    quiet : bool
-        Print no notes, which are warnings that something is worth knowing and nothing is wrong.
+    A quiet command prints no notes, which say that something is worth knowing and nothing is wrong.
     """
     import logging  # imported here: --help does without, which it would slow down by a tenth
 

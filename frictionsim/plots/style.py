@@ -17,6 +17,7 @@ from frictionsim.io.output_file import PICTURE, check_output, check_replaceable,
 from frictionsim.io.terminal import visible
 from frictionsim.scenario.kinds import unit_of
 from frictionsim.scenario.methods import SET_VALUED
+from frictionsim.scenario.origin import heading_of
 from frictionsim.scenario.toml_data import scenario_of
 
 if TYPE_CHECKING:
@@ -195,7 +196,7 @@ def title_of(record: "Record", *notes: str) -> str:
         parts.append(attributes["status"])
     elif attributes["reason"]:
         parts.append("self-audit failed")
-    return f"{attributes['title'] or attributes['kind']} ({'; '.join([*parts, *notes])})"
+    return f"{heading_of(attributes)} ({'; '.join([*parts, *notes])})"
 
 
 MAX_OVERRIDES, MAX_OVERRIDE = 3, 24  # in a title, and letters of the value of one

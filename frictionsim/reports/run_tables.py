@@ -18,6 +18,7 @@ from frictionsim.document import ABSENT, Block, Table
 from frictionsim.errors import InputError
 from frictionsim.results import Check, Quantities, Quantity, Transition
 from frictionsim.scenario.kinds import KINDS, KINDS_WITH_MESH, mechanism_module
+from frictionsim.scenario.origin import heading_of
 
 if TYPE_CHECKING:
     from frictionsim.costs.error_estimate import OtherMesh
@@ -47,8 +48,8 @@ class ReportedRun(NamedTuple):
 
     @property
     def title(self) -> str:
-        """The title of the scenario, or the kind."""
-        return self.attribute("title") or self.attribute("kind")
+        """The title of the scenario, or the name of its file, or the kind."""
+        return heading_of(self.record.attributes)
 
     @property
     def warnings(self) -> list[str]:

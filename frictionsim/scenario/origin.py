@@ -79,6 +79,12 @@ class Origin(NamedTuple):
         return join(["frictionsim", "solve", name, *options])
 
 
+def heading_of(attributes: Mapping[str, str]) -> str:
+    """Return the title of a result; without one the name of its scenario's file, or its kind."""
+    name = Path(attributes.get("source", "")).stem
+    return attributes.get("title") or name or attributes.get("kind", "")
+
+
 def origin_of(attributes: Mapping[str, str]) -> Origin:
     """Return the origin of a scenario from the attributes of a result file."""
     # Not splitlines: texts may contain the line separators of Unicode.

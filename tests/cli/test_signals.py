@@ -1,4 +1,4 @@
-"""Signals before, in and after the steps of a run, and the wall-time limit of each stage.
+"""Signals before, in and after the steps of a run.
 
 The signals are real ones: sent by this process, or by a program to itself at a place in its work.
 """
@@ -8,18 +8,16 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-import h5py
 import numpy as np
 import pytest
 
 import frictionsim as fs
 from tests.cli.conftest import Run, long_run, strict_json
 from tests.support.cases import one_in, slow
-from tests.support.scenarios import SCENARIOS, pulley, python
+from tests.support.scenarios import SCENARIOS, python
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs signals of POSIX")
 
@@ -71,10 +69,9 @@ def sent(number: int, times: int = 1, pause: float = 0.0) -> str:
 @pytest.mark.parametrize(
     ("number", "place"),
     [
-        (signal.SIGINT, "import pydantic 1"),
         (signal.SIGINT, "open pulley.toml 1"),
-        pytest.param(signal.SIGTERM, "import numpy 1", marks=pytest.mark.slow),
-        pytest.param(signal.SIGHUP, "import numpy 1", marks=pytest.mark.slow),
+        slow(signal.SIGTERM, "import numpy 1"),
+        slow(signal.SIGHUP, "import numpy 1"),
     ],
 )
 def test_before_the_first_step_a_signal_has_its_default_action(
@@ -84,24 +81,6 @@ def test_before_the_first_step_a_signal_has_its_default_action(
     done = acting(sent(number), place, ["solve", PULLEY, "-o", "a.h5"], tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (-number, "", "")
     assert os.listdir(tmp_path) == []
-
-
-class Slow(dict[str, Any]):
-    """The data of a scenario that take a while to read."""
-
-    def __iter__(self) -> Iterator[str]:
-        time.sleep(0.3)
-        return super().__iter__()
-
-    def items(self) -> Any:
-        time.sleep(0.3)
-        return super().items()
-
-
-def test_max_wall_counts_from_the_call() -> None:
-    """In Python, too: what is read and assembled is a part of it."""
-    result = fs.solve(Slow(pulley()), max_wall=0.25)
-    assert (result.status, result.exit_code) == ("failed", 5)
 
 
 # --- in a run -------------------------------------------------------------------------------
@@ -180,19 +159,3 @@ def test_a_signal_during_a_picture_or_report_has_its_default_action(
     done = acting(sent(signal.SIGTERM), PART, command.split(), tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGTERM, "", "")
     assert [name for name in os.listdir(tmp_path) if ".part" not in name] == ["a.h5"]
-
-
-def test_an_unfinished_run_of_a_method_of_scipy_says_that_it_cannot_be_resumed(told: Run) -> None:
-    law = "effects.shaft_friction.law=regularised"
-    arguments = ["--backend", "dop853", "--set", law, "--max-steps", "50", "-q"]
-    cannot = (
-        "frictionsim: the run cannot be resumed: the backend dop853 is SciPy's and saves no state"
-    )
-    _, err = told("solve", PULLEY, "-o", "a.h5", *arguments, code=5)
-    assert err.splitlines()[-1] == cannot
-    _, err = told("show", "a.partial.h5", code=0)
-    assert err.splitlines()[-1] == cannot
-    # No more is told where the scenario in it is none.
-    with h5py.File("a.partial.h5", "r+") as file:
-        file.attrs["scenario"] = ""
-    assert told("show", "a.partial.h5", code=0)[1] == err

@@ -7,7 +7,6 @@ import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
-from typing import Any
 
 import h5py
 import pytest
@@ -37,19 +36,11 @@ def shell(command: str, cwd: Path, **environment: str) -> "subprocess.CompletedP
     )
 
 
-@pytest.mark.parametrize("command", ["solve", slow("check")])
-def test_a_closed_stdout_is_accepted(command: str, tmp_path: Path) -> None:
-    done = shell(f'frictionsim {command} "$PULLEY" >&-', tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_a_broken_pipe_is_accepted(tmp_path: Path) -> None:
-    done = shell('frictionsim solve "$PULLEY" | head -1', tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert fs.open(tmp_path / "results" / "pulley.h5").status == "done"
-    done = shell('frictionsim check "$SCENARIOS/hard" | true', tmp_path)
-    assert done.returncode == 0
-    assert all(line.startswith("frictionsim: warning: ") for line in done.stderr.splitlines())
+def test_a_closed_stdout_and_a_reader_that_leaves_are_accepted(tmp_path: Path) -> None:
+    for command in ('solve "$PULLEY" -o a.h5 >&-', 'solve "$PULLEY" -o b.h5 | head -1'):
+        done = shell(f"frictionsim {command}", tmp_path)
+        assert (done.returncode, done.stderr) == (0, "")
+    assert fs.open(tmp_path / "b.h5").status == "done"
 
 
 @pytest.mark.parametrize(
@@ -103,21 +94,16 @@ class Failing(io.StringIO):
         return True
 
 
-@pytest.mark.parametrize(
-    "stream", [None, Failing(), "closed"], ids=["none", "failing and a terminal", "closed"]
-)
-def test_stderr_changes_neither_run_nor_exit_code(stream: Any, told: Run) -> None:
-    if stream == "closed":
-        stream = io.StringIO()
-        stream.close()
-    with redirect_stderr(stream):
-        checkpoints = ["--set", "output.checkpoint=0.02"]
-        codes = [
-            fs.run_command_line(["solve", PULLEY, "-o", "a.h5", "-vv", *ODD, *checkpoints]),
-            fs.run_command_line(["compare", "a.h5", "missing.h5"]),
-            fs.run_command_line(["cost", PULLEY, "--backends", "none"]),
-        ]
-    assert codes == [0, 2, 2]
+def test_stderr_changes_neither_run_nor_exit_code(told: Run) -> None:
+    closed = io.StringIO()
+    closed.close()
+    for stream in (None, Failing(), closed):
+        with redirect_stderr(stream):
+            codes = [
+                fs.run_command_line(["solve", PULLEY, "-o", "a.h5", "-vv", *ODD]),
+                fs.run_command_line(["compare", "a.h5", "missing.h5"]),
+            ]
+        assert codes == [0, 2]
     assert "done" in told("show", "a.h5")[0]
 
 
@@ -135,15 +121,6 @@ def test_a_result_never_becomes_a_closed_standard_stream(tmp_path: Path) -> None
     assert closed.returncode == 0
     number, inheritable = (tmp_path / "a").read_text(encoding="utf-8").split()
     assert (int(number) > 2, inheritable) == (True, "True")
-
-
-@pytest.mark.parametrize("options", [[], ["--json"]])
-def test_a_full_stdout_keeps_the_exit_code_of_a_run(options: list[str], here: Path) -> None:
-    with redirect_stdout(Failing()):
-        assert fs.run_command_line(["solve", PULLEY, "-o", "a.h5", *options]) == 0
-        assert fs.run_command_line(["plot", "a.h5", "--channels", "angle", *options]) == 0
-        assert fs.run_command_line(["show", "a.h5", *options]) == 4
-    assert Path("a.png").exists()
 
 
 def test_a_reader_that_leaves_ends_the_csv(told: Run) -> None:
@@ -169,8 +146,7 @@ def test_a_reader_that_leaves_ends_the_csv(told: Run) -> None:
     ("text", "shown"),
     [
         ("\x1b]0;title\x07", r"\x1b]0;title\x07"),
-        ("a\rb\x7f\x9b", r"a\x0db\x7f\u009b"),
-        ("\u202eabc\u2066\u200f\u2028", r"\u202eabc\u2066\u200f\u2028"),
+        ("a\rb\x7f\x9b\u202e\u2066\u200f\u2028", r"a\x0db\x7f\u009b\u202e\u2066\u200f\u2028"),
         ("\u03b8 \u00fc \u65e5\u672c\u8a9e", "\u03b8 \u00fc \u65e5\u672c\u8a9e"),
     ],
 )
