@@ -136,7 +136,7 @@ def sweep(
     workers : int, optional
         Number of processes, by default as many as there are cores.
     dask : str, optional
-        Address of a Dask scheduler, e.g. ``"tcp://host:8786"``.
+        Address of a Dask scheduler, e.g. ``"tcp://host:8786"``, or ``"local:4"``.
     progress : bool or callable
         True shows a bar on a terminal; a callable is called several times per second with
         a `SweepProgress`.

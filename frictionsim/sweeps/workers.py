@@ -4,6 +4,7 @@ A worker process is a copy of this one (`fork`, some ms) if that is safe, else a
 ends with this process, however that ends.
 """
 
+import logging
 import multiprocessing
 import os
 import re
@@ -26,6 +27,7 @@ PARENT_SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
 SECONDS_TO_END = 1.0  # of a pool
+LOCAL = "local:"  # what the address of a cluster begins with that is started here
 SECONDS_TO_ANSWER = 10.0  # of a scheduler
 VERSION = "frictionsim.version"  # the module
 
@@ -184,16 +186,26 @@ class DaskCluster(Workers):
 
 @contextmanager
 def dask_cluster(address: str) -> Iterator[Workers]:
-    """Return the context of a cluster, by the address of its scheduler.
+    """Return the context of a cluster.
+
+    Parameters
+    ----------
+    address : str
+        Of a scheduler, such as tcp://host:8786, or local:N for N workers on this machine.
 
     Raises
     ------
     InputError
         If it is no address, no scheduler with workers answers, or they have another version.
     """
-    if not re.fullmatch(r"\w+://[^/]+:\d+", address):
+    number = address.removeprefix(LOCAL)
+    is_local = number != address
+    if is_local and not (number.isdecimal() and 0 < int(number) < 10_000):
+        raise InputError(f"dask: expected local:N with N workers, e.g. local:4, got '{address}'")
+    if not is_local and not re.fullmatch(r"\w+://[^/]+:\d+", address):
         raise InputError(
-            f"dask: expected the address of a scheduler, e.g. tcp://host:8786, got '{address}'"
+            "dask: expected the address of a scheduler, e.g. tcp://host:8786, or local:N, got"
+            f" '{address}'"
         )
     try:
         distributed: Any = import_module("distributed")
@@ -204,7 +216,16 @@ def dask_cluster(address: str) -> Iterator[Workers]:
         ) from None
     with ExitStack() as stack:
         try:
-            client = distributed.Client(address, timeout=SECONDS_TO_ANSWER, set_as_default=False)
+            place: Any = address
+            if is_local:
+                place = distributed.LocalCluster(
+                    n_workers=int(number),
+                    threads_per_worker=1,
+                    dashboard_address=":0",  # any port: the usual one may be taken
+                    silence_logs=logging.CRITICAL,
+                )
+                stack.enter_context(place)
+            client = distributed.Client(place, timeout=SECONDS_TO_ANSWER, set_as_default=False)
             stack.callback(client.close, SECONDS_TO_ANSWER)
             client.wait_for_workers(1, timeout=SECONDS_TO_ANSWER)
         except Exception as error:
@@ -222,4 +243,11 @@ def dask_cluster(address: str) -> Iterator[Workers]:
                     f"dask {address}, worker {worker}: has frictionsim {has}; this is frictionsim"
                     f" {__version__}: install the same there"
                 )
+        if is_local:
+            client.run(_begin_local, int(number))
         yield DaskCluster(client, distributed.KilledWorker)
+
+
+def _begin_local(workers: int) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal sends it to all
+    memory.processes = workers

@@ -95,4 +95,4 @@ def test_a_missing_extra_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     missing = r"is not installed; install it with pip install 'frictionsim\[dask\]'"
     with pytest.raises(fs.InputError, match=missing):
-        fs.sweep(PULLEY, VARY, LOOSE, dask="tcp://localhost:1")
+        fs.sweep(PULLEY, VARY, LOOSE, dask="local:2")
