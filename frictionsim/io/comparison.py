@@ -294,7 +294,7 @@ def _channel_row(
 ) -> ComparedChannel:
     if name not in result.channels or name not in golden.channels:
         return ComparedChannel(name, note=_missing(name in result.channels))
-    axis, members = columns = _columns(golden, name)
+    columns = _columns(golden, name)
     note = ""
     if result.units[name] != golden.units[name]:
         note = f"unit {result.units[name]}, expected {golden.units[name]}"
@@ -307,19 +307,22 @@ def _channel_row(
     actual = result.channels[name][common.result[away]]
     expected = golden.channels[name][common.golden[away]]
     allowed = tolerances.allowed(expected)
-    row, *member = _worst(name, actual, expected, time[away], allowed, golden.units[name])
-    return row._replace(note=f"{axis} {members[member[0]]}" if member else "")
+    return _worst(name, actual, expected, time[away], allowed, golden.units[name], *columns)
 
 
 def _worst(
-    name: str, actual: Any, expected: Any, time: Any, allowed: Any, unit: str
-) -> tuple[Any, ...]:
-    """Return the row of what is furthest above its tolerance, and the number of its member.
-
-    Of equal ones it is the last.
-    """
+    name: str,
+    actual: Any,
+    expected: Any,
+    time: Any,
+    allowed: Any,
+    unit: str,
+    axis: str = "",
+    members: Sequence[str] = (),
+) -> ComparedChannel:
+    """Return the row of what is furthest above its tolerance, the last one of equals."""
     if not len(time):
-        return (ComparedChannel(name, 0.0, ok=True, unit=unit),)
+        return ComparedChannel(name, 0.0, ok=True, unit=unit)
     # Integers as numbers: the difference of two of a byte may be larger than a byte.
     actual, expected = (np.asarray(v, dtype=np.float64) for v in (actual, expected))
     difference = _difference(actual, expected)
@@ -328,9 +331,10 @@ def _worst(
     ratio[np.isnan(ratio)] = 1.0  # both are infinite
     order = np.lexsort((difference.ravel(), ratio.ravel()))
     sample, *member = worst = np.unravel_index(order[-1], difference.shape)
+    note = f"{axis} {members[member[0]]}" if member else ""
     numbers = (difference[worst], allowed[worst], time[sample], actual[worst], expected[worst])
     size, limit, at, value, other = map(float, numbers)
-    return ComparedChannel(name, size, limit, at, size <= limit, "", value, other, unit), *member
+    return ComparedChannel(name, size, limit, at, size <= limit, note, value, other, unit)
 
 
 def _difference(actual: Any, expected: Any) -> Any:
@@ -378,8 +382,7 @@ def _event_row(result: "Record", golden: "Record", time_atol: float) -> Compared
             return ComparedChannel("events", note=note)
     times, wanted = (r.events["time"] for r in (result, golden))
     allowed = np.full(times.shape, time_atol)
-    row: ComparedChannel = _worst("events", times, wanted, wanted, allowed, "s")[0]
-    return row
+    return _worst("events", times, wanted, wanted, allowed, "s")
 
 
 def _side_rows(
@@ -403,4 +406,4 @@ def _side_rows(
             rates = np.abs((golden.channels[name][places] - expected) / (time[places] - at))
             rates = np.where(np.isfinite(rates), rates, 0.0)
             allowed = tolerances.allowed(expected) + rates * tolerances.time
-            yield _worst(SIDES + name, actual, expected, at, allowed, golden.units[name])[0]
+            yield _worst(SIDES + name, actual, expected, at, allowed, golden.units[name])

@@ -7,7 +7,7 @@ signal is monotone and crosses a threshold at most once, so that no breakaway is
 from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import pairwise
-from math import ceil, cos, inf, pi, sin, ulp
+from math import ceil, copysign, cos, inf, pi, sin, sqrt, ulp
 from typing import NamedTuple
 
 
@@ -103,6 +103,16 @@ class Signal:
             bound += abs(self.harmonic.amplitude) * self.harmonic.angular_frequency**2
         return bound
 
+    def bend(self, t: float) -> tuple[float, float]:
+        """Return the second derivative just after t, s, and a bound of the third one."""
+        knot, _, _, c2, c3 = self.pieces[bisect_right(self._knots, t)]
+        second, third = 2.0 * c2 + 6.0 * c3 * (t - knot), abs(6.0 * c3)
+        if self.harmonic is not None:
+            amplitude, omega, phase = self.harmonic
+            second -= amplitude * omega**2 * sin(omega * t + phase)
+            third += abs(amplitude) * omega**3
+        return second, third
+
 
 class Constant(Signal):
     """A constant; most signals are, and are asked for at every step."""
@@ -141,22 +151,30 @@ class Sum(Signal):
     def next_extremum(self, t: float) -> float:
         """Return a time after t, s, up to which the sum is monotone, but for roundoff, and smooth.
 
-        Where |f''| <= C, the slope keeps its sign for |f'|/C.
+        Where |f'''| <= D, a positive slope f' stays so up to the root of f' + f'' d - D d^2 / 2.
         """
-        end = self.next_discontinuity(t)
-        bound = self.curvature(t, end if end < inf else t)
-        if bound == 0.0:
-            return end
-        x, first, least = t, 0.0, max(self._least, 4.0 * ulp(t))
+        end, x, first = self.next_discontinuity(t), t, 0.0
+        least = max(self._least, 4.0 * ulp(t))
         for _ in range(MOST_LOOKS):  # a shorter time is as true
             rate = self.derivative(x)
             if x >= end or rate * first < 0.0:
                 break
-            x, first = x + max(abs(rate) / bound, least), first or rate
+            first = first or rate
+            second, third = self.bend(x)
+            second = copysign(1.0, first) * second if first else 0.0
+            root = sqrt(second**2 + 2.0 * third * abs(rate))
+            if third == 0.0 and second >= 0.0:
+                return end
+            falls = 2.0 * abs(rate) / (root - second) if second < 0.0 else 0.0
+            x += max(falls or (second + root) / third, least)
         return min(x, end)
 
     def curvature(self, begin: float, end: float) -> float:
         return sum([term.curvature(begin, end) for term in self.terms])
+
+    def bend(self, t: float) -> tuple[float, float]:
+        bends = [term.bend(t) for term in self.terms]
+        return sum([second for second, _ in bends]), sum([third for _, third in bends])
 
 
 def sum_of(terms: Sequence[Signal]) -> Signal:

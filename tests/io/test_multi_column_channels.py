@@ -64,21 +64,6 @@ def test_read_returns_what_was_written(samples: int, tmp_path: Path) -> None:
     assert content.events.keys() == {"time", "contact", "mode_from", "mode_to"}
 
 
-def test_only_channels_with_columns_are_compressed(path: Path) -> None:
-    with h5py.File(path) as file:
-        assert file["belt_speed"].chunks is None
-        for name in ("speed", "tension"):
-            wide = file[name]
-            assert (wide.compression, wide.compression_opts, wide.shuffle) == ("gzip", 4, True)
-            assert wide.chunks[1] == wide.shape[1]
-        assert 64 * 1024 <= 8 * file["tension"].chunks[0] * BODIES <= 256 * 1024
-        assert file["pulley"].asstr()[...].tolist() == ["driver", "driven"]
-        np.testing.assert_array_equal(file["body"], np.arange(BODIES))
-        assert file["body"].dtype == np.int32
-        assert file["pulley"].is_scale
-        assert file["body"].is_scale
-
-
 def test_xarray_opens_channels_with_columns(run: Record, path: Path) -> None:
     with xarray.open_dataset(path, engine="h5netcdf") as root:
         assert root["belt_speed"].dims == ("time",)

@@ -2,7 +2,6 @@
 
 import os
 import signal
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
@@ -16,7 +15,6 @@ from tests.support.scenarios import pulley, run_anew
 from tests.support.stopped_runs import stopped_at
 
 pytestmark = pytest.mark.usefixtures("here")
-Told = Callable[..., tuple[str, str]]
 
 
 def contents() -> dict[str, bytes]:
@@ -154,11 +152,3 @@ def test_threads_may_write_one_name() -> None:
         paths = list(threads.map(result().save, ["a.h5"] * 12))
     assert paths == [Path("a.h5")] * 12
     assert contents() == {"a.h5": old_result("new")}
-
-
-def test_a_new_file_does_not_replace_another(told: Told, here: Path) -> None:
-    """A scenario is written where there is none."""
-    (here / "a.toml").write_text("mine")
-    _, said = told("new", "pulley", "a.toml", code=4)
-    assert "the file exists and is not replaced; give another name" in said
-    assert (here / "a.toml").read_text() == "mine"

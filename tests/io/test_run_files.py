@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import frictionsim as fs
-from frictionsim.errors import Interrupted, OutputError
+from frictionsim.errors import Interrupted
 from tests.support.scenarios import SCENARIOS, pulley
 from tests.support.stopped_runs import spent, stopping
 
@@ -147,13 +147,6 @@ def test_a_failed_checkpoint_only_warns(here: Path, caplog: pytest.LogCaptureFix
     assert fs.resume("b.h5", output="a.h5", progress=hindered).path == Path("a.h5")
     *_, warning = [record.getMessage() for record in caplog.records]
     assert warning.startswith("checkpoint not written: a.partial.h5: cannot write the result: ")
-
-
-def test_a_partial_name_that_is_too_long_is_reported_before_the_run() -> None:
-    whole, steps = "a" * 250 + ".h5", list[float]()  # the limit is 255 bytes; the partial is longer
-    with pytest.raises(OutputError, match=r"\.h5: cannot write the result: File name too"):
-        fs.solve(PULLEY, output=whole, progress=steps.append)
-    assert (files(), steps) == (set(), [])
 
 
 def test_no_clobber_keeps_any_existing_file(capsys: pytest.CaptureFixture[str]) -> None:

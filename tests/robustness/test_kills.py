@@ -1,7 +1,7 @@
 """Commands killed at random: files are old, whole or resumable, and nothing else is left.
 
 Runs of a pulley are killed at each change of a file in `test_crash_safety.py`; here are belts,
-lifts, pictures, fits and cost studies at random times, and sweeps with and without their workers.
+pictures and cost studies at random times, and sweeps with and without their workers.
 `FRICTIONSIM_KILLS=300 pytest -m nightly tests/robustness/test_kills.py` kills 300 times.
 """
 
@@ -33,13 +33,7 @@ def run_of(name: str, *changes: str) -> list[str]:
 COMMANDS = {
     "run": run_of("pulley", "--set", "solver.duration=4", "--set", "output.interval=5e-3"),
     "belt": run_of("belt_drive", "--backend", "moreau", "--set", "solver.duration=0.05"),
-    "string": run_of("belt_string", "--set", "solver.duration=0.05"),
-    "lift": run_of("lift"),
     "picture": ["plot", "source.h5", "-o", "a.png"],
-    "fit": [
-        *("fit", PULLEY, "--data", "source.csv", "--channel", "angular_velocity"),
-        *("--free", "effects.shaft_friction.mu_s=0.05:0.4", "--starts", "1", "-o", "a.toml"),
-    ],
     "costs": [
         *("cost", PULLEY, "--backends", "events", "--tolerances", "1e-3", "--repeats", "1"),
         *("--csv", "a.csv"),
@@ -47,7 +41,7 @@ COMMANDS = {
 }
 OLD = {"a.h5": old_result(), "a.png": b"\x89PNG\r\n\x1a\nold", "a.csv": b"law,backend,setting,old"}
 KILLS = int(os.environ.get("FRICTIONSIM_KILLS", "60"))  # one in three of a sweep
-SOURCES = ("source.h5", "source.csv")
+SOURCE = "source.h5"
 SECONDS = 300.0  # that a command may take, kernels compiled anew on a busy machine
 RUNS = 1200  # of a sweep
 
@@ -64,9 +58,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """What each command writes when it is left alone, and its sources, by name."""
     folder = tmp_path_factory.mktemp("whole")
     finish([*COMMANDS["run"][:-1], "source.h5"], folder)
-    rows = [f"{0.3 * i},{0.1 * i}" for i in range(5)]
-    (folder / "source.csv").write_text("\n".join(["time,angular_velocity", *rows]))
-    contents = {name: (folder / name).read_bytes() for name in SOURCES}
+    contents = {SOURCE: (folder / SOURCE).read_bytes()}
     for name, arguments in COMMANDS.items():
         finish(arguments, folder)
         contents[name] = (folder / arguments[-1]).read_bytes()
@@ -97,8 +89,7 @@ def test_a_killed_command_leaves_an_old_or_a_whole_file(
     rng = random.Random(f"kill {seed}")
     name = rng.choice(list(COMMANDS))
     arguments, target = COMMANDS[name], tmp_path / COMMANDS[name][-1]
-    for source in SOURCES:
-        (tmp_path / source).write_bytes(whole[source])
+    (tmp_path / SOURCE).write_bytes(whole[SOURCE])
     old = OLD.get(target.name) if rng.random() < 0.5 else None
     if old is not None:
         target.write_bytes(old)
@@ -112,10 +103,9 @@ def test_a_killed_command_leaves_an_old_or_a_whole_file(
     if (tmp_path / "a.partial.h5").exists() and rng.random() < 0.7:
         assert fs.open(tmp_path / "a.partial.h5").status == "interrupted", (name, when)
         arguments = ["resume", "a.partial.h5", "-q"]
-    if not (is_whole and name == "fit"):  # which replaces no file
-        finish(arguments, tmp_path)
-    assert {*os.listdir(tmp_path)} == {target.name, *SOURCES}, (name, when)
-    assert all((tmp_path / source).read_bytes() == whole[source] for source in SOURCES)
+    finish(arguments, tmp_path)
+    assert {*os.listdir(tmp_path)} == {target.name, SOURCE}, (name, when)
+    assert (tmp_path / SOURCE).read_bytes() == whole[SOURCE]
     assert name == "costs" or target.read_bytes() == whole[name], (name, when)
 
 
