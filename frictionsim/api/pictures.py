@@ -350,7 +350,7 @@ def animate(
     import frictionsim.plots.mechanism as moving
 
     options = PlotOptions.among(locals())
-    target = as_path("animate", path)
+    target = as_path("path", path)
     if no_clobber:
         check_free(target, ANIMATIONS[".gif"])
     moving.check_animation(target)

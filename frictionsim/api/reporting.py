@@ -62,7 +62,7 @@ def report(
     OutputError
         If the file cannot be written, or would replace one that is no report.
     """
-    target = as_path("report", path)
+    target = as_path("path", path)
     if target.suffix.lower() not in SUFFIXES:
         raise InputError(f"{target}: expected a file name that ends in .html or .htm")
     several = isinstance(source, Sequence) and not isinstance(source, str)

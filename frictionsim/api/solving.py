@@ -8,7 +8,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.api.opening import file_to_resume
 from frictionsim.api.result import Result, checkpoint_of
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.errors import FrictionsimError, InputError, OutputError
@@ -132,6 +131,7 @@ def resume(
     SolverError, AuditError
         Only with `check`.
     """
+    from frictionsim.api.opening import file_to_resume
     from frictionsim.io.names import whole_name
 
     limits = _limits(max_wall, max_steps)
