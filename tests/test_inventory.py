@@ -23,7 +23,6 @@ def test_each_section_names_something_for_each_kind(present: inventory.Inventory
     for section in ("audits", "channels", "keys", "quantities", "views"):
         assert all(present[section].values()), section
     assert all(present["commands"].values())
-    assert all(present["warnings"].values())
 
 
 def test_what_is_gone_and_new_is_said_by_name(present: inventory.Inventory) -> None:

@@ -3,9 +3,10 @@
 from collections.abc import Iterable
 from math import ceil, inf, log10
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from frictionsim.api import result as results
+from frictionsim.api.result import Result
+from frictionsim.api.result import open as open_result
 from frictionsim.display import STUDY_DIGITS, number_text, short_text, study_text
 from frictionsim.document import Data, Document, Table
 from frictionsim.errors import ArgumentError
@@ -33,8 +34,8 @@ HEADINGS = (
 
 
 def compare(
-    result: results.Result | str | PathLike[str],
-    golden: results.Result | str | PathLike[str],
+    result: Result | str | PathLike[str],
+    golden: Result | str | PathLike[str],
     *,
     rtol: float = RTOL,
     atol: float = ATOL,
@@ -56,7 +57,7 @@ def compare(
 
     Parameters
     ----------
-    result, golden : results.Result or path
+    result, golden : Result or path
     rtol, atol : float
         Tolerances; atol in the unit of each channel or quantity.
     time_atol : float, s
@@ -86,21 +87,15 @@ def compare(
         ignored = names_of(ignore)
     except ValueError as error:
         raise ArgumentError("ignore", str(error)) from None
-    records = (
-        _named("result", result, "the result"),
-        _named("golden", golden, "the golden result"),
-    )
-    return compare_records(*records, Tolerances(*limits), ignored)
+    named = _named("result", result, "the result"), _named("golden", golden, "the golden result")
+    return compare_records(*named, Tolerances(*limits), ignored)
 
 
-def _named(
-    argument: str, source: results.Result | str | PathLike[str], words: str
-) -> "tuple[str, Record]":
-    """Return a result with its name for messages."""
-    if isinstance(source, results.Result):
-        return str(source.path or words), source.record
-    path = as_path(argument, source)
-    return str(path), results.open(path).record
+def _named(argument: str, source: Any, words: str) -> "tuple[str, Record]":
+    """Return a result with its file for messages, or what it is called if it is in none."""
+    is_open = isinstance(source, Result)
+    result: Result = source if is_open else open_result(as_path(argument, source))
+    return str(result.path or words), result.record
 
 
 def comparison_parts(comparison: Comparison) -> Document:
@@ -114,20 +109,13 @@ def comparison_parts(comparison: Comparison) -> Document:
         cells = (*_both_values(row), row.unit, short_text(row.difference), short_text(row.allowed))
         at = "" if row.time is None else f" at {study_text(row.time)} s"
         rows.append((f"{row.name}{at}", verdict, *cells))
-    data = [
-        {
-            "channel": row.name,
-            "value": finite(row.value),
-            "expected": finite(row.expected),
-            "unit": row.unit,
-            "difference": finite(row.difference),
-            "allowed": finite(row.allowed),
-            "time": finite(row.time),
-            "ok": row.ok,
-            "note": row.note,
-        }
-        for row in comparison.rows
-    ]
+    data = []
+    for row in comparison.rows:
+        numbers = ("value", "expected", "difference", "allowed", "time")
+        shown = {name: finite(getattr(row, name)) for name in numbers}
+        data.append(
+            {"channel": row.name, **shown, "unit": row.unit, "ok": row.ok, "note": row.note}
+        )
     yield Data({"same": comparison.same, "rows": data, "notes": list(comparison.notes)})
     yield Table(HEADINGS, rows)
     yield from notes

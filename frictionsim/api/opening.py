@@ -35,9 +35,9 @@ def result_or_sweep(path: Path) -> "Result | Sweep":
     return Sweep(content, path)
 
 
-def opened(source: Any) -> Any:
-    """Return what an argument `result` is: a result as it is, of a dataset its sweep, or a file."""
-    if isinstance(source, ResultBase):
+def opened(source: Any, *kinds: type[ResultBase]) -> Any:
+    """Return what an argument `result` is: one of some kinds, of a dataset its sweep, or a file."""
+    if isinstance(source, kinds):
         return source
     if hasattr(source, "data_vars"):
         from frictionsim.api.dataset import sweep_table

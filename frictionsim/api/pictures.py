@@ -350,7 +350,7 @@ def animate(
     import frictionsim.plots.mechanism as moving
 
     options = PlotOptions.among(locals())
-    target = as_path("animate", path)
+    target = as_path("path", path)
     if no_clobber:
         check_free(target, ANIMATIONS[".gif"])
     moving.check_animation(target)
@@ -434,5 +434,5 @@ def plot(
     if not given:
         raise ArgumentError("result", "expected a result or several, got an empty list")
     check_count(len(given))
-    drawing = _subject([opened(one) for one in given], options).drawing
+    drawing = _subject([opened(one, Result, Sweep) for one in given], options).drawing
     return options.drawn(drawing(",".join(options.view) or None), figure)

@@ -62,7 +62,7 @@ def report(
     OutputError
         If the file cannot be written, or would replace one that is no report.
     """
-    target = as_path("report", path)
+    target = as_path("path", path)
     if target.suffix.lower() not in SUFFIXES:
         raise InputError(f"{target}: expected a file name that ends in .html or .htm")
     several = isinstance(source, Sequence) and not isinstance(source, str)
@@ -90,7 +90,7 @@ def _html(sources: Sequence[Any]) -> str:
     for number, (source, place) in enumerate(zip(sources, places, strict=True)):
         if place in places[:number]:
             raise InputError(f"{source}: this result is given twice; compare it with another one")
-    runs = [opened(source) for source in sources]
+    runs = [opened(source, Result) for source in sources]
     for source, run in zip(sources, runs, strict=True):
         if not isinstance(run, Result):
             raise InputError(
@@ -112,7 +112,7 @@ def _place(source: Any) -> Any:
 
 
 def _html_of_one(source: Any) -> str:
-    if not isinstance(source, Study) and isinstance(source, str | PathLike):
+    if isinstance(source, str | PathLike):
         path = as_path("result", source)
         if path.is_file() and COSTS.recognises(path):
             from frictionsim.io.cost_table import read_csv
@@ -126,7 +126,7 @@ def _html_of_one(source: Any) -> str:
             if SWEEP_IN_CSV.recognises(path):
                 words = "a sweep in CSV; give its file in HDF5"
             raise InputError(f"{path}: cannot make a report: this is {words}")
-    content = opened(source)
+    content = opened(source, Result, Sweep, Study)
     if isinstance(content, Study):
         return _html_of_costs(content.table, "")
     return _html_of_sweep(content) if isinstance(content, Sweep) else _html_of_runs([content])

@@ -48,8 +48,6 @@ if TYPE_CHECKING:
 LOG = logging.getLogger(__name__)
 # Of more events, the table shows the first ones and the last.
 MAX_EVENTS = 20
-
-
 PICTURES = (".png", ".pdf", ".svg")
 
 

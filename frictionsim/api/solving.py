@@ -8,7 +8,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from frictionsim.api.opening import file_to_resume
 from frictionsim.api.result import Result, checkpoint_of
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.errors import FrictionsimError, InputError, OutputError
@@ -132,6 +131,7 @@ def resume(
     SolverError, AuditError
         Only with `check`.
     """
+    from frictionsim.api.opening import file_to_resume
     from frictionsim.io.names import whole_name
 
     limits = _limits(max_wall, max_steps)
@@ -166,11 +166,8 @@ class _Limits(NamedTuple):
 
 
 def _limits(max_wall: float | None, max_steps: int | None) -> _Limits:
-    wall, steps = (
-        as_number("max_wall", max_wall, "s"),
-        as_number("max_steps", max_steps, whole=True),
-    )
-    return _Limits(perf_counter(), wall, steps)
+    wall = as_number("max_wall", max_wall, "s")
+    return _Limits(perf_counter(), wall, as_number("max_steps", max_steps, whole=True))
 
 
 def _files(
@@ -196,17 +193,17 @@ def _simulate(
 ) -> Result:
     # Without a file an interrupted run cannot be saved: Ctrl-C raises at once.
     stop = None if files is None else StopSignals()
-    with _monitor(stop, limits, progress, scenario) as monitor:
-        try:
+    estimate = None
+    try:
+        with _monitor(stop, limits, progress, scenario) as monitor:
             done = run(scenario, monitor, _checkpoint_writer(files), state, limits.steps)
-        except _ProgressFailed as failed:
-            raise failed.__cause__ or failed from None
-        path = None if files is None else files.write_last(done)
-        estimate = None
-        if estimate_error and done.status == "done":
-            from frictionsim.costs.error_estimate import estimate as estimate_errors
+            path = None if files is None else files.write_last(done)
+            if estimate_error and done.status == "done":
+                from frictionsim.costs.error_estimate import estimate as estimate_errors
 
-            estimate = estimate_errors(scenario, done, monitor, limits.steps)
+                estimate = estimate_errors(scenario, done, monitor, limits.steps)
+    except _ProgressFailed as failed:
+        raise failed.__cause__ or failed from None
     if stop is not None and stop.received:
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
     return Result(done, path, scenario, estimate)

@@ -92,7 +92,6 @@ def cost(
 def _check_files(files: "Mapping[str, tuple[Path | None, Kind]]", no_clobber: bool) -> None:
     """Check, before a study runs, that its files by their options can be written."""
     from frictionsim.io.output_file import PICTURE, SCENARIO, check_apart, check_free, check_output
-    from frictionsim.plots.style import check_picture
 
     wanted = {option: (path, kind) for option, (path, kind) in files.items() if path}
     check_apart({option: path for option, (path, _) in wanted.items()})
@@ -100,6 +99,8 @@ def _check_files(files: "Mapping[str, tuple[Path | None, Kind]]", no_clobber: bo
         if no_clobber or kind is SCENARIO:
             check_free(path, kind)
         if kind is PICTURE:
+            from frictionsim.plots.style import check_picture
+
             check_picture(path)
         else:
             check_output(path, kind)
@@ -226,6 +227,8 @@ def sweep(
     --no-clobber --json --quiet --verbose
     """
     from frictionsim.api.sweeping import SweepOptions, study_from
+    from frictionsim.io.output_file import SWEEP
+    from frictionsim.sweeps.sweep_csv import files_of_sweep_in_csv
 
     checked = SweepOptions.of(**options)
     if output == Path(STDIN):
@@ -235,7 +238,12 @@ def sweep(
     log_on_stderr(verbose)
     given: dict[str, Any] = {"no_clobber": no_clobber, "workers": workers, "dask": dask}
     with _target(output, scenario) as target:
-        _check_csv(csv, target, no_clobber, study.options.indices)
+        if csv is not None:
+            tables = files_of_sweep_in_csv(csv, study.options.indices)
+            files = {
+                ("--csv" if path == csv else str(path)): (path, k) for path, k in tables.items()
+            }
+            _check_files({"-o": (target, SWEEP)} | files, no_clobber)
         warn(study.scenario.warnings())
         run = partial(fs.sweep, study, output=target, **given)
         return run_sweep(run, scenario, csv, as_json, quiet)
@@ -255,16 +263,3 @@ def _target(output: Path | None, source: str) -> Iterator[Path]:
         if made:
             with suppress(OSError):  # there is something in it
                 folder.rmdir()
-
-
-def _check_csv(csv: Path | None, target: Path, no_clobber: bool, indices: bool) -> None:
-    if csv is None:
-        return
-    from frictionsim.io.output_file import check_apart, check_free, check_output
-    from frictionsim.sweeps.sweep_csv import files_of_sweep_in_csv
-
-    check_apart({"-o": target, "--csv": csv})
-    for path, kind in files_of_sweep_in_csv(csv, indices).items():
-        if no_clobber:
-            check_free(path, kind)
-        check_output(path, kind)

@@ -260,14 +260,24 @@ class CommandSignals(StopSignals):
         super()._on_signal(number, frame)
 
 
-class _Compilations(Monitor[Any]):
-    """Announces compilations, with a sign of life on a terminal, unless quiet."""
+class CommandMonitor(Monitors[Any]):
+    """Watches a command: stop signals, compilations, and with `shown` progress on a terminal.
 
-    def __init__(self, quiet: bool) -> None:
-        self._quiet = quiet
+    `duration`, s, is that of a run; None for a sweep.
+    """
+
+    def __init__(self, duration: float | None, shown: bool = False, quiet: bool = False) -> None:
+        self.signals, self._quiet = CommandSignals(), quiet
+        bar: list[Monitor[Any]] = []
+        if shown and is_terminal(sys.stderr):
+            from frictionsim.api.progress import RunProgress, SweepBar
+
+            bar = [SweepBar() if duration is None else RunProgress(duration)]
+        super().__init__(self.signals, *bar)
 
     @contextmanager
     def compiling(self, expected: float) -> Iterator[None]:
+        """Announce a compilation, with a sign of life on a terminal."""
         if not self._quiet:
             print_on_stderr(f"frictionsim: {compilation_text(expected)}")
         if self._quiet or not is_terminal(sys.stderr):
@@ -277,22 +287,6 @@ class _Compilations(Monitor[Any]):
 
         with Console(stderr=True).status("compiling"):
             yield
-
-
-class CommandMonitor(Monitors[Any]):
-    """Watches a command: stop signals, compilations, and with `shown` progress on a terminal.
-
-    `duration`, s, is that of a run; None for a sweep.
-    """
-
-    def __init__(self, duration: float | None, shown: bool = False, quiet: bool = False) -> None:
-        self.signals = CommandSignals()
-        bar: list[Monitor[Any]] = []
-        if shown and is_terminal(sys.stderr):
-            from frictionsim.api.progress import RunProgress, SweepBar
-
-            bar = [SweepBar() if duration is None else RunProgress(duration)]
-        super().__init__(self.signals, _Compilations(quiet), *bar)
 
 
 class StatusLine:

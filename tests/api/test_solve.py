@@ -262,12 +262,16 @@ def test_the_pace_of_a_resumed_run_excludes_earlier_parts(
     assert 0.8 * seconds < float(text.rpartition(", ")[2]) * 2.0 <= 1.01 * seconds
 
 
-def test_an_exception_of_progress_ends_the_run() -> None:
-    error = ZeroDivisionError("mine")
+@pytest.mark.parametrize("run", [1, 2])
+def test_an_exception_of_progress_ends_the_run(run: int) -> None:
+    """Also the second one, of an estimate of errors."""
+    error, times = ZeroDivisionError("mine"), [0.0]
 
     def broken(t: float) -> None:
-        raise error
+        if run == 1 or t < times[-1]:
+            raise error
+        times.append(t)
 
     with pytest.raises(ZeroDivisionError) as raised:
-        fs.solve(PULLEY, progress=broken)
+        fs.solve(PULLEY, progress=broken, estimate_error=True)
     assert raised.value is error
