@@ -4,7 +4,7 @@ The whole stands above its enlarged parts. The key has each force with its size 
 """
 
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from math import ceil, inf
 from pathlib import Path
@@ -34,7 +34,6 @@ from frictionsim.display import (
     study_text,
     unit_text,
     with_minus,
-    with_unit,
 )
 from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.output_file import ANIMATIONS, check_output, write_file
@@ -58,7 +57,7 @@ from frictionsim.plots.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import SubFigure
 
-    from frictionsim.motion.parts import Bounds, Motion, Readout
+    from frictionsim.motion.parts import Bounds, Motion
     from frictionsim.results import Record
 
 BELT, STRIP, CORD = 4.5, 2.0, 1.8  # points, widths of a belt, of the strip on it, of a cord
@@ -215,8 +214,8 @@ class Drawing:
         details, beside = motion.details, len(motion.details) == 1
         width = float(figure.bbox.width / figure.dpi) * (BESIDE[0] / sum(BESIDE) if beside else 1.0)
         whole = float(np.clip(width * (high - low) / (right - left), MIN_WHOLE, MAX_WHOLE))
-        self._lines = _readout_lines(motion.readouts, letters_across(figure, 0.83))
-        heights = [0.16 * (1 + len(self._lines)), whole]
+        self._lines = _readout_lines(motion, letters_across(figure, 0.83))
+        heights = [0.16 * (1 + self._lines[0].count("\n")), whole]
         heights += [min(DETAIL, width / len(details))] if details and not beside else []
         coloured = [p for p in motion.parts if isinstance(p, Line) and p.value is not None]
         if isinstance(figure, Figure):  # else it has the height of its place
@@ -251,35 +250,21 @@ class Drawing:
         """Show a frame with its numbers."""
         for view in self._views:
             view.show(frame)
-        motion = self._motion
-        places = max(0, 4 - int(np.floor(np.log10(max(float(np.ptp(motion.time)), 1e-9)))))
-        numbers = [f"at {round(float(motion.time[frame]), places):.6g} s"]
-        for line in self._lines:
-            numbers.append(",   ".join(f"{r.name} {_number(r, frame)}" for r in line))
-        self._text.set_text(plain("\n".join(numbers)))
+        self._text.set_text(plain(self._lines[frame]))
 
 
-def _readout_lines(readouts: "Sequence[Readout]", across: int) -> "list[list[Readout]]":
-    """Return the readouts in lines that fit across a figure."""
-    lines: list[list[Readout]] = []
+def _readout_lines(motion: "Motion", across: int) -> list[str]:
+    """Return the time and the readouts of each frame, in lines that fit across a figure."""
+    places = max(0, 4 - int(np.floor(np.log10(max(float(np.ptp(motion.time)), 1e-9)))))
+    frames = [f"at {round(time, places):.6g} s" for time in motion.time.tolist()]
     room = 0
-    for readout in readouts:
+    for readout in motion.readouts:
         length = len(readout.name) + 16
-        if not lines or length > room:
-            lines.append([])
-            room = across
-        lines[-1].append(readout)
-        room -= length
-    return lines
-
-
-def _number(readout: "Readout", frame: int) -> str:
-    value = float(readout.value[frame])
-    if readout.words:
-        return readout.words.get(int(value), "")
-    largest = float(np.max(np.abs(readout.value), initial=0.0))
-    value = 0.0 if abs(value) < 1e-9 * largest else value  # roundoff
-    return with_unit(with_minus(picture_text(value)), readout.unit)
+        between = "\n" if length > room else ",   "
+        room = (across if length > room else room) - length
+        pairs = zip(frames, readout.texts, strict=True)
+        frames = [f"{text}{between}{readout.name} {value}" for text, value in pairs]
+    return frames
 
 
 def _draw_scales(ax: Any, motion: "Motion", bounds: "Bounds") -> None:
