@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionsim.display import COLOURS, labelled, set_line
+from frictionsim.display import COLOURS, MAX_DRAWN, labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Table
 from frictionsim.io.cost_table import CostTable, line_of
 from frictionsim.io.sweep_table import DONE, RUN, STATUSES, SweepTable
@@ -181,7 +181,7 @@ def cost_page(costs: CostTable, parts: Document, source: str) -> str:
 # Charts.
 
 MARKS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "star", "hexagon")
-MIN_ERROR, MAX_DRAWN = 1e-16, 1e100  # smaller errors are drawn here; larger numbers nowhere
+MIN_ERROR = 1e-16  # smaller errors are drawn here
 TARGETS = {1e-2: "1 %", 1e-3: "0.1 %"}
 FAILED_ABOVE = 4.0  # failed settings, as a multiple of the largest error
 WORK = {"wall_seconds": "wall time, s", "rhs_evaluations": "evaluations of the right-hand side"}
