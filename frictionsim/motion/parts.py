@@ -101,6 +101,11 @@ class Arrow(NamedTuple):
         """Whether these are bars, which have no heads."""
         return self.foot.ndim > 2
 
+    @property
+    def size(self) -> "Array":
+        """The size of the force, (frames,), or of each bar, (frames, n)."""
+        return np.hypot(self.vector[..., 0], self.vector[..., 1])
+
 
 Part = Body | Line | Arrow
 

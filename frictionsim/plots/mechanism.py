@@ -161,11 +161,12 @@ class Mechanism:
         ends = self.ax.plot(
             [], [], linestyle="", color=colour, zorder=6, **BARS.get(arrow.role, {})
         )
-        least = SEEN * float(np.linalg.norm(arrow.vector, axis=-1).max(initial=0.0))
+        size = arrow.size
+        least = SEEN * float(size.max(initial=0.0))
 
         def move_bars(frame: int) -> None:
             foot, vector = arrow.foot[frame], arrow.vector[frame]
-            seen = np.linalg.norm(vector, axis=-1) > least
+            seen = size[frame] > least
             bars.set_segments(np.stack([foot, foot + scale * vector], axis=1)[seen])
             if arrow.role in BARS:
                 ends[0].set_data(*(foot + scale * vector)[seen].T)
@@ -271,7 +272,7 @@ def _draw_scales(ax: Any, motion: "Motion", bounds: "Bounds") -> None:
     """Draw bars for a length and a force below a drawing."""
     left, right, low, _ = bounds
     wide = BAR * (right - left)
-    sizes = [np.linalg.norm(p.vector, axis=-1).max() for p in motion.parts if isinstance(p, Arrow)]
+    sizes = [p.size.max() for p in motion.parts if isinstance(p, Arrow)]
     scales = [(bar_below(wide), "m", 1.0)]
     if motion.scale > 0.0:
         force = bar_below(min(wide / motion.scale, float(max(sizes))))
@@ -293,35 +294,26 @@ def key_of(motion: "Motion", frame: int | None = None) -> dict[str, Any]:
             if part.name and not part.label:
                 handles.setdefault(part.name, _sample(part))
             continue
-        words, colour = part.name, ROLES[part.role]
+        look: Look = {"color": ROLES[part.role], "linewidth": 2.0}
         if isinstance(part, Line):
             if part.stuck is not None:
-                for word in ("sticks", "slips"):
-                    text, core, _ = BELT_CONTACT[word]
+                for text, core, _ in (BELT_CONTACT["sticks"], BELT_CONTACT["slips"]):
                     mark: Look = {"marker": "s", "markersize": 8, "linestyle": ""}
                     handles[text] = Line2D([], [], mfc=core, mec=EDGE, **mark)
             if part.patch is not None:
-                look: Look = {"linestyle": PATCH["linestyles"][0], "linewidth": BELT}
-                handles["patch with other friction"] = Line2D([], [], color=BLACK, **look)
-            if words and part.value is None:
-                words = _sized(words, part.size, part.unit, frame)
-                handles.setdefault(words, Line2D([], [], color=colour, linewidth=2))
-            continue
-        if part.is_bars:
-            ends = BARS.get(part.role, {})
-            handles[words] = Line2D([], [], color=colour, linewidth=1.4, **ends)
-            continue
-        size = np.linalg.norm(part.vector, axis=-1)
-        words = _sized(words, size, part.unit, frame)
-        tip: Look = {"marker": ">", "markevery": [1], "markersize": 6}
-        handles[words] = Line2D([0, 1], [0, 0], color=colour, linewidth=2, **tip)
+                teeth: Look = {"linestyle": PATCH["linestyles"][0], "linewidth": BELT}
+                handles["patch with other friction"] = Line2D([], [], color=BLACK, **teeth)
+        elif part.is_bars:
+            look |= {"linewidth": 1.4, **BARS.get(part.role, {})}
+        else:
+            look |= {"marker": ">", "markevery": [1], "markersize": 6}
+        if part.name and not (isinstance(part, Line) and part.value is not None):
+            words = part.name
+            if frame is not None and part.size is not None and part.size.ndim == 1:
+                size = with_minus(picture_text(float(part.size[frame])))
+                words += f", {size} {unit_text(part.unit)}"
+            handles.setdefault(words, Line2D([0, 1], [0, 0], **look))
     return handles
-
-
-def _sized(words: str, size: Any, unit: str, frame: int | None) -> str:
-    if size is None or frame is None:
-        return words
-    return f"{words}, {with_minus(picture_text(float(size[frame])))} {unit_text(unit)}"
 
 
 def _sample(body: Body) -> Any:

@@ -222,14 +222,14 @@ class Drawing:
             some = np.flatnonzero(span.any(axis=1))
             pairs = zip(foot[some].tolist(), span[some].tolist(), strict=True)
             paths.append("".join(f"M{x} {y}l{u} {v}" for (x, y), (u, v) in pairs) or "M0 0")
-        largest = np.linalg.norm(bars.vector, axis=-1).max(axis=-1)
+        largest = bars.size.max(axis=-1)
         values = [f"up to {text}" for text in texts(largest, bars.unit)]
         self._row(_sample(f"line-{bars.role}", "M1 7H25"), bars.name, values)
         return f'<path id="{own}" class="line-{bars.role} bars"{self._set([own], "d", paths)}/>'
 
     def _arrow(self, arrow: Arrow) -> str:
         own = self._id()
-        size = np.linalg.norm(arrow.vector, axis=-1)
+        size = arrow.size
         seen = (size > ROUNDOFF * size.max(initial=0.0))[:, None]
         foot = self._placed(arrow.foot)
         way = np.where(seen, arrow.vector * self._motion.scale * (self._unit, -self._unit), 0.0)
