@@ -16,6 +16,7 @@ DIGITS, STUDY_DIGITS = 10, 6  # of a quantity in the summary of a run, and of ma
 MESH_DIGITS = 3  # of a quantity that depends on the mesh of a belt, by some percent or tenths
 TIME_DIGITS, PICTURE_DIGITS = 9, 4
 NO_VALUE = "none"
+MAX_DRAWN = 1e100  # a scale of larger numbers would overflow
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 

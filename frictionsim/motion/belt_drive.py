@@ -12,7 +12,7 @@ import numpy as np
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, PulleyCircle, belt_path
 from frictionsim.motion.parts import Arrow, Body, Detail, Line, Motion, Part, Readout
-from frictionsim.motion.samples import MAX_FRAMES, Samples
+from frictionsim.motion.samples import MAX_FRAMES, Samples, scenario_in
 from frictionsim.motion.shapes import bounds_around, scale_of, wheel
 from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
@@ -283,8 +283,7 @@ def wear_of(record: "Record", sample: int = -1) -> tuple["Floats", "Floats"]:
     The work is that from the start until a sample.
     """
     from frictionsim.mechanisms.belt_drive.equilibrium import at_rest  # slow: SciPy
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 
-    length = at_rest(BeltDriveScenario.model_validate(scenario_of(record))).body_length
+    length = at_rest(scenario_in(record)).body_length
     work = np.asarray(record.channels["friction_work"][sample]) / length
     return np.linspace(0.0, length * len(work), len(work) + 1), work

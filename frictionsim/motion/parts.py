@@ -4,12 +4,16 @@ A frame is a sample of the result. Who draws a motion shows one frame after the 
 colours by the name of a `role` in `frictionsim.display.ROLES`.
 """
 
+from math import floor, log10
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+
+import numpy as np
+
+from frictionsim.display import unit_text, with_minus
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    import numpy as np
     import numpy.typing as npt
 
     Array = npt.NDArray[np.floating[Any]]
@@ -97,8 +101,26 @@ class Arrow(NamedTuple):
         """Whether these are bars, which have no heads."""
         return self.foot.ndim > 2
 
+    @property
+    def size(self) -> "Array":
+        """The size of the force, (frames,), or of each bar, (frames, n)."""
+        return np.hypot(self.vector[..., 0], self.vector[..., 1])
+
 
 Part = Body | Line | Arrow
+
+
+ROUNDOFF = 1e-9  # of the largest number: what is smaller is shown as 0
+
+
+def texts(values: Any, unit: str) -> list[str]:
+    """Return numbers with their unit, with four digits of the largest; roundoff is 0."""
+    largest = float(np.max(np.abs(values), initial=0.0))
+    clean = np.where(np.abs(values) > ROUNDOFF * largest, values, 0.0).tolist()
+    digits = 3 - floor(log10(largest)) if largest > 0.0 else 0
+    code = "d" if unit == "1" else f".{max(digits, 0)}f" if -3 < digits < 8 else ".3e"
+    ending = f" {unit_text(unit)}".rstrip()
+    return [with_minus(f"{int(v) if code == 'd' else v:{code}}") + ending for v in clean]
 
 
 class Readout(NamedTuple):
@@ -109,6 +131,13 @@ class Readout(NamedTuple):
     value: "Array"  # (frames,)
     # What is shown instead of a number.
     words: "Mapping[int, str]" = {}  # noqa: RUF012  the fields of a NamedTuple are read only
+
+    @property
+    def texts(self) -> list[str]:
+        """What stands beside the drawing at each frame."""
+        if self.words:
+            return [self.words.get(int(value), "") for value in self.value]
+        return texts(self.value, self.unit)
 
 
 class Detail(NamedTuple):

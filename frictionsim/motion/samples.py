@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.display import CONTACT_WORDS
+from frictionsim.display import CONTACT_WORDS, MAX_DRAWN
 from frictionsim.errors import InputError
 from frictionsim.motion.parts import Readout
 from frictionsim.scenario.loading import ValidationFailure, validate
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 MAX_FRAMES = 601  # more make a file large, and a second has 30 to 60 of them
 MAX_EVENTS = 300  # whose samples are frames besides; a motion with more chatters
-MAX_SHOWN = 1e100  # a larger number overflows a scale
 REFUSED = "cannot show this result in motion"
 
 
@@ -49,7 +48,7 @@ class Samples:
         time = np.asarray(self._channel("time"), dtype=float)
         if not len(time):
             raise InputError(f"{REFUSED}: it has no samples")
-        if not np.all(np.diff(time) >= 0.0) or not np.all(np.abs(time) <= MAX_SHOWN):
+        if not np.all(np.diff(time) >= 0.0) or not np.all(np.abs(time) <= MAX_DRAWN):
             raise InputError(f"{REFUSED}: its times do not increase")
         if len(time) > count:
             wanted = np.linspace(time[0], time[-1], count)
@@ -77,9 +76,9 @@ class Samples:
         return self._checked(name, np.asarray(self._channel(name)))
 
     def _checked(self, name: str, values: Any) -> Any:
-        if values.dtype.kind == "f" and not np.all(np.abs(values) <= MAX_SHOWN):
+        if values.dtype.kind == "f" and not np.all(np.abs(values) <= MAX_DRAWN):
             raise InputError(
-                f"{REFUSED}: '{name}' has numbers that are not finite or above {MAX_SHOWN:g}"
+                f"{REFUSED}: '{name}' has numbers that are not finite or above {MAX_DRAWN:g}"
             )
         return values
 

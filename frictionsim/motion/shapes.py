@@ -88,7 +88,7 @@ def reaction(across: "Array", up: "Array", torque: "Array", vanishes: Any = Fals
 
 def scale_of(forces: Iterable[Part], length: float) -> float:
     """Return the scale, m/N, on which the largest of some arrows has a length, m; 0 without any."""
-    sizes = [np.linalg.norm(p.vector, axis=-1).max() for p in forces if isinstance(p, Arrow)]
+    sizes = [part.size.max() for part in forces if isinstance(part, Arrow)]
     largest = float(max(sizes, default=0.0))
     return length / largest if largest > 0.0 else 0.0
 

@@ -216,8 +216,8 @@ def draw_several(
 ) -> Any:
     """Draw results of one kind over each other, over time; return the figure.
 
-    Each channel, and each member of a channel, has a panel with a line for each result, which its
-    name tells apart.
+    Each channel, and each member of a channel that they have in common, has a panel with a line for
+    each result.
     """
     first = records[0]
     chosen = view_of_several(first.attributes["kind"], view)
@@ -225,26 +225,19 @@ def draw_several(
         check_numbers(record)
         for name in channels:
             check_channel(record, name)
-    names_drawn = [
-        next(iter(of)) for of in panels_of(first, channels or chosen.overlaid or ()).values()
-    ]
-    common = [name for name in names_drawn if all(name in record.channels for record in records)]
-    if not common:
-        raise InputError(
-            f"these results have none of the channels {', '.join(names_drawn)} in common (see"
-            " output.channels)"
-        )
+    wanted = [next(iter(of)) for of in panels_of(first, channels or chosen.overlaid or ()).values()]
     panels: dict[str, dict[str, str]] = {}
-    for name in common:
-        axis = first.axes[name]
-        members = {record.members[axis] if axis else ("",) for record in records}
-        if len(members) > 1:
-            raise InputError(
-                f"cannot draw '{name}' of these results over each other: their members differ"
-                f" ({'; '.join(', '.join(one) for one in sorted(members))})"
-            )
-        words = name.replace("_", " ")
-        panels |= {f"{words}, {m}" if axis else words: {name: m} for m in members.pop()}
+    for name in wanted:
+        if all(name in record.channels for record in records):
+            axis, words = first.axes[name], name.replace("_", " ")
+            members = [record.members[axis] if axis else ("",) for record in records]
+            common = [one for one in members[0] if all(one in others for others in members)]
+            panels |= {f"{words}, {one}" if axis else words: {name: one} for one in common}
+    if not panels:
+        raise InputError(
+            f"these results have none of the channels {', '.join(wanted)}, or no member of them, in"
+            " common (see output.channels)"
+        )
     if len(panels) > MAX_PANELS:
         raise ArgumentError(
             "channels",

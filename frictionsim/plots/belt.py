@@ -222,10 +222,12 @@ def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) ->
     words = "last sample" if last == len(record.time) else f"at {picture_text(part.time[-1])} s"
     whole = "whole periods" if "mean_duration" in record.quantities else "the last fifth"
     handles: dict[str, Any] = {}
-    around = np.append(place, place[0] + path.length)
+    around = np.concatenate([[place[-1] - path.length], place, [place[0] + path.length]])
     curves = {words: now, f"mean over {whole}": np.mean(steady, axis=0)}
     for i, (words, values) in enumerate(curves.items()):
-        (handles[words],) = ax.plot(around, np.append(values, values[0]), **line_look(i))
+        (handles[words],) = ax.plot(
+            around, values.take(range(-1, len(values) + 1), mode="wrap"), **line_look(i)
+        )
     means = mean_spans(part, samples, len(pulleys))
     ends, names = path.breakpoints, dict[float, str]()
     for i, pulley in enumerate(pulleys):

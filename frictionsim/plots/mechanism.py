@@ -4,7 +4,7 @@ The whole stands above its enlarged parts. The key has each force with its size 
 """
 
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from math import ceil, inf
 from pathlib import Path
@@ -34,7 +34,6 @@ from frictionsim.display import (
     study_text,
     unit_text,
     with_minus,
-    with_unit,
 )
 from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.output_file import ANIMATIONS, check_output, write_file
@@ -58,7 +57,7 @@ from frictionsim.plots.style import (
 if TYPE_CHECKING:
     from matplotlib.figure import SubFigure
 
-    from frictionsim.motion.parts import Bounds, Motion, Readout
+    from frictionsim.motion.parts import Bounds, Motion
     from frictionsim.results import Record
 
 BELT, STRIP, CORD = 4.5, 2.0, 1.8  # points, widths of a belt, of the strip on it, of a cord
@@ -162,11 +161,12 @@ class Mechanism:
         ends = self.ax.plot(
             [], [], linestyle="", color=colour, zorder=6, **BARS.get(arrow.role, {})
         )
-        least = SEEN * float(np.linalg.norm(arrow.vector, axis=-1).max(initial=0.0))
+        size = arrow.size
+        least = SEEN * float(size.max(initial=0.0))
 
         def move_bars(frame: int) -> None:
             foot, vector = arrow.foot[frame], arrow.vector[frame]
-            seen = np.linalg.norm(vector, axis=-1) > least
+            seen = size[frame] > least
             bars.set_segments(np.stack([foot, foot + scale * vector], axis=1)[seen])
             if arrow.role in BARS:
                 ends[0].set_data(*(foot + scale * vector)[seen].T)
@@ -215,8 +215,8 @@ class Drawing:
         details, beside = motion.details, len(motion.details) == 1
         width = float(figure.bbox.width / figure.dpi) * (BESIDE[0] / sum(BESIDE) if beside else 1.0)
         whole = float(np.clip(width * (high - low) / (right - left), MIN_WHOLE, MAX_WHOLE))
-        self._lines = _readout_lines(motion.readouts, letters_across(figure, 0.83))
-        heights = [0.16 * (1 + len(self._lines)), whole]
+        self._lines = _readout_lines(motion, letters_across(figure, 0.83))
+        heights = [0.16 * (1 + self._lines[0].count("\n")), whole]
         heights += [min(DETAIL, width / len(details))] if details and not beside else []
         coloured = [p for p in motion.parts if isinstance(p, Line) and p.value is not None]
         if isinstance(figure, Figure):  # else it has the height of its place
@@ -251,42 +251,28 @@ class Drawing:
         """Show a frame with its numbers."""
         for view in self._views:
             view.show(frame)
-        motion = self._motion
-        places = max(0, 4 - int(np.floor(np.log10(max(float(np.ptp(motion.time)), 1e-9)))))
-        numbers = [f"at {round(float(motion.time[frame]), places):.6g} s"]
-        for line in self._lines:
-            numbers.append(",   ".join(f"{r.name} {_number(r, frame)}" for r in line))
-        self._text.set_text(plain("\n".join(numbers)))
+        self._text.set_text(plain(self._lines[frame]))
 
 
-def _readout_lines(readouts: "Sequence[Readout]", across: int) -> "list[list[Readout]]":
-    """Return the readouts in lines that fit across a figure."""
-    lines: list[list[Readout]] = []
+def _readout_lines(motion: "Motion", across: int) -> list[str]:
+    """Return the time and the readouts of each frame, in lines that fit across a figure."""
+    places = max(0, 4 - int(np.floor(np.log10(max(float(np.ptp(motion.time)), 1e-9)))))
+    frames = [f"at {round(time, places):.6g} s" for time in motion.time.tolist()]
     room = 0
-    for readout in readouts:
+    for readout in motion.readouts:
         length = len(readout.name) + 16
-        if not lines or length > room:
-            lines.append([])
-            room = across
-        lines[-1].append(readout)
-        room -= length
-    return lines
-
-
-def _number(readout: "Readout", frame: int) -> str:
-    value = float(readout.value[frame])
-    if readout.words:
-        return readout.words.get(int(value), "")
-    largest = float(np.max(np.abs(readout.value), initial=0.0))
-    value = 0.0 if abs(value) < 1e-9 * largest else value  # roundoff
-    return with_unit(with_minus(picture_text(value)), readout.unit)
+        between = "\n" if length > room else ",   "
+        room = (across if length > room else room) - length
+        pairs = zip(frames, readout.texts, strict=True)
+        frames = [f"{text}{between}{readout.name} {value}" for text, value in pairs]
+    return frames
 
 
 def _draw_scales(ax: Any, motion: "Motion", bounds: "Bounds") -> None:
     """Draw bars for a length and a force below a drawing."""
     left, right, low, _ = bounds
     wide = BAR * (right - left)
-    sizes = [np.linalg.norm(p.vector, axis=-1).max() for p in motion.parts if isinstance(p, Arrow)]
+    sizes = [p.size.max() for p in motion.parts if isinstance(p, Arrow)]
     scales = [(bar_below(wide), "m", 1.0)]
     if motion.scale > 0.0:
         force = bar_below(min(wide / motion.scale, float(max(sizes))))
@@ -308,35 +294,26 @@ def key_of(motion: "Motion", frame: int | None = None) -> dict[str, Any]:
             if part.name and not part.label:
                 handles.setdefault(part.name, _sample(part))
             continue
-        words, colour = part.name, ROLES[part.role]
+        look: Look = {"color": ROLES[part.role], "linewidth": 2.0}
         if isinstance(part, Line):
             if part.stuck is not None:
-                for word in ("sticks", "slips"):
-                    text, core, _ = BELT_CONTACT[word]
+                for text, core, _ in (BELT_CONTACT["sticks"], BELT_CONTACT["slips"]):
                     mark: Look = {"marker": "s", "markersize": 8, "linestyle": ""}
                     handles[text] = Line2D([], [], mfc=core, mec=EDGE, **mark)
             if part.patch is not None:
-                look: Look = {"linestyle": PATCH["linestyles"][0], "linewidth": BELT}
-                handles["patch with other friction"] = Line2D([], [], color=BLACK, **look)
-            if words and part.value is None:
-                words = _sized(words, part.size, part.unit, frame)
-                handles.setdefault(words, Line2D([], [], color=colour, linewidth=2))
-            continue
-        if part.is_bars:
-            ends = BARS.get(part.role, {})
-            handles[words] = Line2D([], [], color=colour, linewidth=1.4, **ends)
-            continue
-        size = np.linalg.norm(part.vector, axis=-1)
-        words = _sized(words, size, part.unit, frame)
-        tip: Look = {"marker": ">", "markevery": [1], "markersize": 6}
-        handles[words] = Line2D([0, 1], [0, 0], color=colour, linewidth=2, **tip)
+                teeth: Look = {"linestyle": PATCH["linestyles"][0], "linewidth": BELT}
+                handles["patch with other friction"] = Line2D([], [], color=BLACK, **teeth)
+        elif part.is_bars:
+            look |= {"linewidth": 1.4, **BARS.get(part.role, {})}
+        else:
+            look |= {"marker": ">", "markevery": [1], "markersize": 6}
+        if part.name and not (isinstance(part, Line) and part.value is not None):
+            words = part.name
+            if frame is not None and part.size is not None and part.size.ndim == 1:
+                size = with_minus(picture_text(float(part.size[frame])))
+                words += f", {size} {unit_text(part.unit)}"
+            handles.setdefault(words, Line2D([0, 1], [0, 0], **look))
     return handles
-
-
-def _sized(words: str, size: Any, unit: str, frame: int | None) -> str:
-    if size is None or frame is None:
-        return words
-    return f"{words}, {with_minus(picture_text(float(size[frame])))} {unit_text(unit)}"
 
 
 def _sample(body: Body) -> Any:

@@ -8,12 +8,19 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from frictionsim.display import BLACK, GREY, STICK_SHADE, event_colour, event_dashes, picture_text
+from frictionsim.display import (
+    BLACK,
+    GREY,
+    MAX_DRAWN,
+    STICK_SHADE,
+    event_colour,
+    event_dashes,
+    picture_text,
+)
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.plots.style import (
     LIMIT,
     MARKERS,
-    MAX_DRAWN,
     MAX_LINES,
     Look,
     axis_label,

@@ -72,7 +72,6 @@ SCREEN = "screen"
 LINES = tuple((0, dashes) if dashes else "-" for dashes in DASHES)
 MAX_LINES = len(COLOURS)  # in one panel
 MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
-MAX_DRAWN = 1e100  # a scale of larger numbers would overflow
 Look = dict[str, Any]
 """Keyword arguments of an artist."""
 LIMIT: Look = {"color": "black", "linestyle": (0, (3, 2)), "linewidth": 0.8}

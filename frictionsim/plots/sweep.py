@@ -25,6 +25,7 @@ from frictionsim.display import (
     BLACK,
     BLUE,
     GREY,
+    MAX_DRAWN,
     SKY,
     TENSION_COLOURS,
     VERMILION,
@@ -38,7 +39,6 @@ from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, NOT_RUN, SobolIndices, SweepTable
 from frictionsim.plots.style import (
     MARKERS,
-    MAX_DRAWN,
     MAX_LINES,
     Look,
     add_legend,

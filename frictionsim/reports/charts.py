@@ -1,18 +1,20 @@
-"""The charts of a report of runs: channels over time in panels that share the time, for Plotly.
+"""The charts of reports for Plotly: channels over time that share it, and other panels.
 
-A figure is the JSON that Plotly draws, made here. Above the panels is a strip with the events;
-sticking phases are shaded, events lines through all panels. Of a long channel fewer samples are
-drawn, so that the line looks as one through all: of equal parts the lowest, the highest and the
+A figure is the JSON that Plotly draws, made here. Above the channels of runs is a strip with the
+events; sticking phases are shaded, events lines through all panels. Of a long channel fewer samples
+are drawn, so that the line looks as one through all: of equal parts the lowest, the highest and the
 first gap.
 """
 
 from base64 import b64encode
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from math import log10
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.display import COLOURS, event_colour, event_dashes, labelled
+from frictionsim.display import COLOURS, GREY, event_colour, event_dashes, labelled
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.reports.html import chart_text
@@ -270,28 +272,6 @@ def _shade(traces: list[Json], record: "Record") -> list[Json]:
     return areas
 
 
-def wear_figure(records: Sequence["Record"], labels: Sequence[str]) -> Json | None:
-    """Return the friction work along the belt at the end of runs; None without it."""
-    if not any("friction_work" in record.channels for record in records):
-        return None
-    from frictionsim.motion.belt_drive import wear_of  # of belts alone
-
-    traces = []
-    for i, (record, label) in enumerate(zip(records, labels, strict=True)):
-        if "friction_work" in record.channels:
-            edges, work = wear_of(record)
-            line = {"color": COLOURS[i % len(COLOURS)], "shape": "hv", "width": 1.6}
-            place = {"x": numbers(edges, "f8"), "y": numbers(np.append(work, work[-1]))}
-            trace = {"type": "scatter", "mode": "lines", "line": line, "name": chart_text(label)}
-            traces.append(trace | place | {"showlegend": bool(label)})
-    titles = {"x": "distance along the unstretched belt, m", "y": "friction work, J/m"}
-    axes = {f"{side}axis": {"title": {"text": words}} for side, words in titles.items()}
-    axis = {"gridcolor": GRID, "linecolor": AXIS, "showline": True}
-    template = {"layout": {"xaxis": axis, "yaxis": axis}}
-    layout = LOOK | axes | {"height": 2 * PANEL, "margin": MARGIN, "template": template}
-    return {"data": traces, "layout": layout}
-
-
 LOOK: Json = {
     "paper_bgcolor": "rgba(0,0,0,0)",
     "plot_bgcolor": "rgba(0,0,0,0)",
@@ -326,3 +306,91 @@ def _layout(heights: Sequence[int], titles: Sequence[str], ends: list[float]) ->
         "hovermode": "x",
         "annotations": [heading(chart_text(title), 0.0, top) for title, (_, top) in where],
     }
+
+
+# Charts of panels side by side, each with its own axes.
+
+BETWEEN = 70  # pixels between panels
+ABOVE, BELOW, TITLE = 60, 50, 24  # of the legend, of the lowest axis, of the title of a panel
+WIDE = 0.08  # between panels side by side, relative to one
+
+
+class Chart:
+    """A figure of panels in rows and columns, numbered from 1 along the rows."""
+
+    def __init__(self, rows: int, columns: int, panel: int = 250, wide: float = WIDE) -> None:
+        across = domains([1.0] * columns, wide)
+        down = [(1.0 - b, 1.0 - a) for a, b in domains([panel] * rows, BETWEEN)]
+        self._places = [(x, y) for y in down for x in across]
+        self._columns = columns
+        axis = {"gridcolor": GRID, "zeroline": False}
+        inner = rows * (panel + BETWEEN) - BETWEEN
+        self.traces: list[Json] = []
+        self.layout: Json = LOOK | {
+            "template": {"layout": {"xaxis": axis, "yaxis": axis}},
+            "height": inner + ABOVE + BELOW,
+            "margin": {"l": 80, "r": 20, "t": ABOVE, "b": BELOW},
+            "legend": {"orientation": "h", "x": 0.0, "y": 1.0 + TITLE / inner, "yanchor": "bottom"},
+            "annotations": [],
+            "shapes": [],
+        }
+        self.figure = {"data": self.traces, "layout": self.layout}
+
+    def panel(self, number: int, x: Json, y: Json, title: str = "", shared: bool = True) -> Any:
+        """Give a panel its axes, of y the first of its row if `shared`; return its place."""
+        name, (across, up) = _suffix(number), self._places[number - 1]
+        first = number - (number - 1) % self._columns
+        if shared and first != number:
+            y = y | {"matches": f"y{_suffix(first)}", "showticklabels": False, "title": {}}
+        self.layout[f"xaxis{name}"] = {"domain": across, "anchor": f"y{name}", **x}
+        self.layout[f"yaxis{name}"] = {"domain": up, "anchor": f"x{name}", **y}
+        if title:
+            middle = 0.5 * sum(across)
+            self.layout["annotations"].append(heading(title, middle, up[1], "center"))
+        return across, up
+
+    def add(self, number: int, kind: str, **trace: Any) -> None:
+        """Add a trace to a panel."""
+        name = _suffix(number)
+        self.traces.append({"type": kind, "xaxis": f"x{name}", "yaxis": f"y{name}", **trace})
+
+    def level(self, number: int, value: float, words: str, down_to: float | None = None) -> None:
+        """Mark a level of a logarithmic axis by words, and a line or an area below it."""
+        place: Json = {"xref": f"x{_suffix(number)} domain", "yref": f"y{_suffix(number)}"}
+        ends = {"x0": 0, "x1": 1, "y0": down_to or value, "y1": value, "layer": "below"}
+        look: Json = {"type": "line", "line": {"color": GREY, "width": 1, "dash": "dot"}}
+        if down_to is not None:
+            look = {"type": "rect", "line": {"width": 0}, "fillcolor": SHADE}
+        self.layout["shapes"].append(look | place | ends)
+        text = {"text": words, "showarrow": False, "font": {"size": 11}}
+        at = {"x": 1.0, "y": log10(value), "xanchor": "right", "yanchor": "bottom"}
+        self.layout["annotations"].append(text | place | at)
+
+
+def _suffix(number: int) -> str:
+    return "" if number == 1 else str(number)
+
+
+def axis_title(text: str) -> Json:
+    """Return the title of an axis."""
+    return {"title": {"text": text, "standoff": 6}}
+
+
+def wear_figure(records: Sequence["Record"], labels: Sequence[str]) -> Json | None:
+    """Return the friction work along the belt at the end of runs; None without it."""
+    worn = [i for i, record in enumerate(records) if "friction_work" in record.channels]
+    if not worn:
+        return None
+    from frictionsim.motion.belt_drive import wear_of  # of belts alone
+
+    chart = Chart(1, 1)
+    across, up = map(axis_title, ("distance along the unstretched belt, m", "friction work, J/m"))
+    chart.panel(1, across, up)
+    for i in worn:
+        look: Json = {"mode": "lines", "name": chart_text(labels[i]), "showlegend": bool(labels[i])}
+        look["line"] = {"color": COLOURS[i % len(COLOURS)], "shape": "hv", "width": 1.6}
+        with suppress(InputError):  # the scenario was edited
+            edges, work = wear_of(records[i])
+            x, y = numbers(edges, "f8"), numbers(np.append(work, work[-1]))
+            chart.add(1, "scatter", x=x, y=y, **look)
+    return chart.figure

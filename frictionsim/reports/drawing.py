@@ -5,13 +5,12 @@ its value at each frame: the scripts only set it.
 """
 
 from collections.abc import Iterable, Sequence
-from math import floor, log10
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.display import BELT_CONTACT, TENSION_SCALE, study_text, unit_text, with_minus
-from frictionsim.motion.parts import Arrow, Body, Disc, Line, Outline
+from frictionsim.display import BELT_CONTACT, TENSION_SCALE, study_text, unit_text
+from frictionsim.motion.parts import ROUNDOFF, Arrow, Body, Disc, Line, Outline, texts
 from frictionsim.motion.shapes import bar_below
 from frictionsim.reports.html import Html, escaped
 
@@ -22,7 +21,6 @@ SIZE = 5000  # units along the larger side of a drawing
 HEAD, LABEL, MARK = 90, 150, 10  # units: length of the head of an arrow; of a letter; of a mark
 MARK_REACH = 90  # units across a cord
 BELT_MARK_REACH = 120
-ROUNDOFF = 1e-9  # of the largest number: what is smaller is shown as 0
 STRIPS = (("sticks", 1), ("slips", 0))
 
 
@@ -224,14 +222,14 @@ class Drawing:
             some = np.flatnonzero(span.any(axis=1))
             pairs = zip(foot[some].tolist(), span[some].tolist(), strict=True)
             paths.append("".join(f"M{x} {y}l{u} {v}" for (x, y), (u, v) in pairs) or "M0 0")
-        largest = np.linalg.norm(bars.vector, axis=-1).max(axis=-1)
+        largest = bars.size.max(axis=-1)
         values = [f"up to {text}" for text in texts(largest, bars.unit)]
         self._row(_sample(f"line-{bars.role}", "M1 7H25"), bars.name, values)
         return f'<path id="{own}" class="line-{bars.role} bars"{self._set([own], "d", paths)}/>'
 
     def _arrow(self, arrow: Arrow) -> str:
         own = self._id()
-        size = np.linalg.norm(arrow.vector, axis=-1)
+        size = arrow.size
         seen = (size > ROUNDOFF * size.max(initial=0.0))[:, None]
         foot = self._placed(arrow.foot)
         way = np.where(seen, arrow.vector * self._motion.scale * (self._unit, -self._unit), 0.0)
@@ -277,11 +275,7 @@ class Drawing:
 
     def _readouts(self) -> None:
         for readout in self._motion.readouts:
-            if readout.words:
-                values = [readout.words.get(int(value), "") for value in readout.value]
-            else:
-                values = texts(readout.value, readout.unit)
-            self.rows.append(Row(Html(), readout.name, values))
+            self.rows.append(Row(Html(), readout.name, readout.texts))
 
 
 def _words(points: Any) -> list[list[str]]:
@@ -294,16 +288,6 @@ def _path(points: Any, decimals: int = 0) -> str:
     if decimals:
         return "M" + " ".join(f"{each:.{decimals}f}" for each in points.ravel().tolist())
     return "M" + " ".join(map(str, np.rint(points).astype(int).ravel().tolist()))
-
-
-def texts(values: Any, unit: str) -> list[str]:
-    """Return numbers with their unit, with four digits of the largest; roundoff is 0."""
-    largest = float(np.max(np.abs(values), initial=0.0))
-    clean = np.where(np.abs(values) > ROUNDOFF * largest, values, 0.0).tolist()
-    digits = 3 - floor(log10(largest)) if largest > 0.0 else 3
-    code = "d" if unit == "1" else f".{max(digits, 0)}f" if -3 < digits < 8 else ".3e"
-    ending = f" {unit_text(unit)}".rstrip()
-    return [with_minus(f"{int(v) if code == 'd' else v:{code}}") + ending for v in clean]
 
 
 def _colour_scale() -> Html:

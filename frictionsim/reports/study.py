@@ -5,16 +5,16 @@ run was.
 """
 
 from collections.abc import Iterator, Sequence
-from math import isnan, log10
+from math import isnan
 from typing import Any
 
 import numpy as np
 
-from frictionsim.display import COLOURS, GREY, labelled, set_line
+from frictionsim.display import COLOURS, MAX_DRAWN, labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Table
 from frictionsim.io.cost_table import CostTable, line_of
 from frictionsim.io.sweep_table import DONE, RUN, STATUSES, SweepTable
-from frictionsim.reports.charts import DASHES, GRID, LOOK, SHADE, Json, domains, heading, numbers
+from frictionsim.reports.charts import DASHES, Chart, Json, axis_title, numbers
 from frictionsim.reports.html import (
     Html,
     chart_text,
@@ -181,75 +181,12 @@ def cost_page(costs: CostTable, parts: Document, source: str) -> str:
 # Charts.
 
 MARKS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "star", "hexagon")
-MIN_ERROR, MAX_DRAWN = 1e-16, 1e100  # smaller errors are drawn here; larger numbers nowhere
+MIN_ERROR = 1e-16  # smaller errors are drawn here
 TARGETS = {1e-2: "1 %", 1e-3: "0.1 %"}
 FAILED_ABOVE = 4.0  # failed settings, as a multiple of the largest error
 WORK = {"wall_seconds": "wall time, s", "rhs_evaluations": "evaluations of the right-hand side"}
 MAX_QUANTITIES, MAX_KEYS = 12, 5  # panels; columns of a study of many keys
-PANEL, GAP = 250, 70  # pixels: height of a panel, and between panels
-ABOVE, BELOW, TITLE = 60, 50, 24  # of the legend, of the lowest axis, of the title of a panel
 WHY = "or the run failed, was not run, or failed its audit; the table says which."
-WIDE = 0.08  # between panels side by side, relative to one
-
-
-class Chart:
-    """A figure of panels in rows and columns, numbered from 1 along the rows."""
-
-    def __init__(self, rows: int, columns: int, panel: int = PANEL, wide: float = WIDE) -> None:
-        across = domains([1.0] * columns, wide)
-        down = [(1.0 - b, 1.0 - a) for a, b in domains([panel] * rows, GAP)]
-        self._places = [(x, y) for y in down for x in across]
-        self._columns = columns
-        axis = {"gridcolor": GRID, "zeroline": False}
-        inner = rows * (panel + GAP) - GAP
-        self.traces: list[Json] = []
-        self.layout: Json = LOOK | {
-            "template": {"layout": {"xaxis": axis, "yaxis": axis}},
-            "height": inner + ABOVE + BELOW,
-            "margin": {"l": 80, "r": 20, "t": ABOVE, "b": BELOW},
-            "legend": {"orientation": "h", "x": 0.0, "y": 1.0 + TITLE / inner, "yanchor": "bottom"},
-            "annotations": [],
-            "shapes": [],
-        }
-        self.figure = {"data": self.traces, "layout": self.layout}
-
-    def panel(self, number: int, x: Json, y: Json, title: str = "", shared: bool = True) -> Any:
-        """Give a panel its axes, of y the first of its row if `shared`; return its place."""
-        name, (across, up) = _suffix(number), self._places[number - 1]
-        first = number - (number - 1) % self._columns
-        if shared and first != number:
-            y = y | {"matches": f"y{_suffix(first)}", "showticklabels": False, "title": {}}
-        self.layout[f"xaxis{name}"] = {"domain": across, "anchor": f"y{name}", **x}
-        self.layout[f"yaxis{name}"] = {"domain": up, "anchor": f"x{name}", **y}
-        if title:
-            middle = 0.5 * sum(across)
-            self.layout["annotations"].append(heading(title, middle, up[1], "center"))
-        return across, up
-
-    def add(self, number: int, kind: str, **trace: Any) -> None:
-        """Add a trace to a panel."""
-        name = _suffix(number)
-        self.traces.append({"type": kind, "xaxis": f"x{name}", "yaxis": f"y{name}", **trace})
-
-    def level(self, number: int, value: float, words: str, down_to: float | None = None) -> None:
-        """Mark a level of a logarithmic axis by words, and a line or an area below it."""
-        place: Json = {"xref": f"x{_suffix(number)} domain", "yref": f"y{_suffix(number)}"}
-        ends = {"x0": 0, "x1": 1, "y0": down_to or value, "y1": value, "layer": "below"}
-        look: Json = {"type": "line", "line": {"color": GREY, "width": 1, "dash": "dot"}}
-        if down_to is not None:
-            look = {"type": "rect", "line": {"width": 0}, "fillcolor": SHADE}
-        self.layout["shapes"].append(look | place | ends)
-        text = {"text": words, "showarrow": False, "font": {"size": 11}}
-        at = {"x": 1.0, "y": log10(value), "xanchor": "right", "yanchor": "bottom"}
-        self.layout["annotations"].append(text | place | at)
-
-
-def _suffix(number: int) -> str:
-    return "" if number == 1 else str(number)
-
-
-def _title(text: str) -> Json:
-    return {"title": {"text": text, "standoff": 6}}
 
 
 def cost_figure(table: CostTable) -> tuple[Json, str]:
@@ -267,9 +204,9 @@ def cost_figure(table: CostTable) -> tuple[Json, str]:
     rows = [row for row in table.rows if all(isnan(row[k]) or row[k] < MAX_DRAWN for k in names)]
     errors = [max(row[e], MIN_ERROR) for row in rows for _, e in panels if not isnan(row[e])]
     chart = Chart(1, 2)
-    y = {"type": "log", "exponentformat": "power"} | _title("largest relative error")
+    y = {"type": "log", "exponentformat": "power"} | axis_title("largest relative error")
     for n, ((work, error), band) in enumerate(zip(panels, bands, strict=True), start=1):
-        chart.panel(n, {"type": "log", **_title(WORK[work])}, y, titles[n - 1])
+        chart.panel(n, {"type": "log", **axis_title(WORK[work])}, y, titles[n - 1])
         for i, name in enumerate(dict.fromkeys(map(line_of, rows))):
             of_line = [row for row in rows if line_of(row) == name]
             done = [row for row in of_line if not isnan(row[error])]
@@ -357,7 +294,7 @@ def _maps(table: SweepTable, names: Sequence[str], keys: list[str]) -> Json:
     chart = Chart(-(-len(names) // columns), columns, wide=0.4)
     x, y = (numbers(table.coordinates[key].values, "f8") for key in keys)
     place = [list(table.dimensions).index(key) for key in keys]
-    across, up = (_title(_label(table, key)) for key in keys)
+    across, up = (axis_title(_label(table, key)) for key in keys)
     for n, name in enumerate(names, start=1):
         values = np.moveaxis(sound_values(table, name).reshape(table.shape), place, (0, 1))
         (_, right), (low, high) = chart.panel(n, across, up, _label(table, name), shared=False)
@@ -385,6 +322,6 @@ def _points(table: SweepTable, names: Sequence[str], keys: list[str], joined: bo
                 at = 1 + np.flatnonzero(jumps_between(places[order], values[order]))
                 x = numbers(np.insert(places[order], at, np.nan), "f8")
                 y = np.insert(values[order], at, np.nan)
-            chart.panel(n, _title(_label(table, key)), _title(_label(table, name)))
+            chart.panel(n, axis_title(_label(table, key)), axis_title(_label(table, name)))
             chart.add(n, "scatter", x=x, y=numbers(y, "f8"), mode=mode, **look)
     return chart.figure

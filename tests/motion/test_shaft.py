@@ -149,24 +149,6 @@ def test_a_scenario_of_another_version_is_refused_in_a_sentence() -> None:
         of(data, drawn_motion(0))
 
 
-def test_a_spring_of_few_turns_winds_from_the_hub_to_a_fixed_end() -> None:
-    channels = drawn_motion(1)
-    data = drawn_shaft(1)
-    animation = of(data, channels)
-    spring = bands(animation)["torsion spring"]
-    start, end = (spring.points[:, k] @ PLANE for k in (0, -1))
-    assert np.ptp(end.real) < 1e-12
-    assert np.ptp(end.imag) < 1e-12
-    hub = hub_of(animation)
-    assert start == pytest.approx(hub * np.exp(1j * channels["angle"]))
-    line = spring.points[3]
-    assert np.hypot(*np.diff(line, axis=0).T).max() < hub  # no coil is cut short
-    # One of many turns is left out.
-    for turned, drawn in ((1.0, True), (60.0, False)):
-        moved = of(data, channels | {"angle": 0.5 * turned * TIMES})
-        assert ("torsion spring" in bands(moved)) == drawn
-
-
 @pytest.mark.parametrize(
     ("low", "high", "count"), [(-10.0, 60.0, 2), (None, 60.0, 1), (-300.0, 300.0, 0)]
 )

@@ -33,6 +33,7 @@ def test_failed_runs_are_crosses_inside_the_panels_above_all_errors(
         assert len(places) == 3
         assert np.all((places > frame.min) & (places < frame.max))
         (line,) = (line for line in ax.lines if line.get_marker() == "o")
+        assert line.get_color() == "#0072B2"
         highest = ax.transData.transform(np.column_stack(line.get_data()))[:, 1].max()
         assert highest < places[:, 1].min()
     words = [text.get_text() for text in figure.legends[0].get_texts()]

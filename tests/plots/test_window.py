@@ -10,7 +10,9 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import frictionsim as fs
+from frictionsim.errors import InputError
 from frictionsim.results import Record
+from tests.support.belt_results import TWO, belt_run
 from tests.support.records import draw, shown
 
 COLOURS = ["#0072B2", "#D55E00"]  # of the first lines
@@ -107,3 +109,13 @@ def test_names_of_files_tell_results_apart_that_differ_in_more() -> None:
     assert key_of(several)[:2] == ["1: a", "2: b"]
     same = overlay(("x/a.h5", shown(BELT)), ("y/a.h5", shown(BELT)))
     assert key_of(same)[:2] == ["x/a.h5", "y/a.h5"]
+
+
+def test_belts_are_drawn_over_each_other_by_the_pulleys_that_they_have_in_common() -> None:
+    other = belt_run([TWO[0], TWO[1]._replace(name="fan")])
+    figure = overlay(("a", shown(BELT)), ("b", other))
+    labels = [" ".join(ax.get_ylabel().split()) for ax in figure.axes]
+    assert labels == ["pulley speed, driver, rad/s", "pulley torque, driver, N m"]
+    assert [len(ax.lines) for ax in figure.axes] == [2, 2]
+    with pytest.raises(InputError, match="or no member of them, in common"):
+        overlay(("a", shown(BELT)), ("b", shown("four pulleys")))
