@@ -58,17 +58,10 @@ os._exit(0)
 
 def start_up(turns: int = 31) -> None:
     """How long a command takes as a process, against importing numpy and h5py alone."""
-    # As many samples as those of the pulley, 301.
-    marble = (str(SCENARIOS / "marble_machine.toml"), "--set", "output.interval=0.01")
-    epicyclic = (str(SCENARIOS / "epicyclic.toml"), "--set", f"output.interval={2.5 / 300}")
-    into = (*PROGRAM, "solve", "-o", "result.h5")
     commands = {
         "import numpy, h5py": (sys.executable, "-c", "import numpy, h5py"),
         "import all libraries of solve": (sys.executable, "-c", LIBRARIES),
-        "frictionsim solve pulley.toml": (*into, PULLEY),
-        "frictionsim solve marble_machine": (*into, *marble),
-        "frictionsim solve epicyclic.toml": (*into, *epicyclic),
-        "frictionsim static pulley.toml": (*PROGRAM, "static", PULLEY),
+        "frictionsim solve pulley.toml": (*PROGRAM, "solve", "-o", "result.h5", PULLEY),
         "frictionsim check pulley.toml": (*PROGRAM, "check", PULLEY),
         "frictionsim --help": (*PROGRAM, "--help"),
     }
@@ -87,11 +80,8 @@ def api(turns: int = 101) -> None:
         file = Path(folder) / "pulley.h5"
         calls: dict[str, Callable[[], Any]] = {
             "solve, 301 samples": lambda: fs.solve(samples),
-            "solve, 301 samples, and dataset": lambda: fs.solve(samples).dataset,
             "solve without samples": lambda: fs.solve(without),
-            "solve from the path, 301 samples": lambda: fs.solve(PULLEY),
             "load": lambda: fs.load(PULLEY),
-            "replace": lambda: pulley.replace({"solver.rtol": 1e-8}),
             "dataset": lambda: fs.Result(saved.record).dataset,
             "save": lambda: saved.save(file),
             "open": lambda: fs.open(file),
@@ -101,45 +91,27 @@ def api(turns: int = 101) -> None:
 
 
 QUIET = ("output.interval=0.01", 'output.channels=["pulley_speed"]')
-METHODS = (
-    *(("rkf45", f"solver.rtol={rtol}") for rtol in ("1e-4", "2e-6", "1e-7")),
-    *(("moreau", "solver.rtol=2e-6"), ("moreau", "solver.step=2.5e-6")),
-)
-EFFECTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {  # keys set, effects left out
-    "as shipped": ((), ()),
-    "springs and contact only": (
-        ("effects.contact.damping=0.0",),
-        ("bending", "axial_damping", "belt_friction"),
-    ),
-    "with gravity": (("effects.gravity.g=9.81",), ()),
-    "stiff axial damping": (("effects.axial_damping.basis=section",), ()),
-}
 
 
-def stepped(turns: int, *overrides: str, without: tuple[str, ...] = ()) -> tuple[Record, float]:
+def stepped(turns: int, *overrides: str) -> tuple[Record, float]:
     """Return a run of `belt_drive.toml`, and the median time of its steps after one to warm up."""
-    solve("belt_drive", *overrides, "solver.duration=1e-3", without=without)
-    runs = [solve("belt_drive", *overrides, without=without) for _ in range(turns)]
+    solve("belt_drive", *overrides, "solver.duration=1e-3")
+    runs = [solve("belt_drive", *overrides) for _ in range(turns)]
     return runs[0], median(run.statistics.wall_seconds for run in runs)
 
 
 def belt(turns: int = 5, duration: float = 0.5) -> None:
-    """Cost of a belt: real-time factors, effects, numbers of bodies; run it on an idle machine.
+    """Cost of a belt: real-time factors, numbers of bodies; run it on an idle machine.
 
     A real-time factor is wall seconds per simulated second. Counts do not depend on the machine.
     """
-    say("method, setting, steps a second, real-time factor, with output each 1 ms")
-    for backend, setting in METHODS:
-        common = (f"solver.backend={backend}", setting, f"solver.duration={duration}")
+    say("method, steps a second, real-time factor, with output each 1 ms")
+    for backend in ("rkf45", "moreau"):
+        common = (f"solver.backend={backend}", f"solver.duration={duration}")
         run, quiet = stepped(turns, *common, *QUIET)
         factors = [took / duration for took in (quiet, stepped(turns, *common)[1])]
         rate = run.statistics.steps / duration
-        say(f"  {backend} {setting} {rate:.0f} {factors[0]:.3f} {factors[1]:.3f}")
-    say("effects, moreau: states, us a step")
-    fixed = ("solver.backend=moreau", "solver.step=2.5e-6", f"solver.duration={0.2 * duration}")
-    for name, (overrides, without) in EFFECTS.items():
-        run, took = stepped(turns, *fixed, *QUIET, *overrides, without=without)
-        say(f"  {name}: {run.statistics.states}, {1e6 * took / run.statistics.steps:.2f}")
+        say(f"  {backend} {rate:.0f} {factors[0]:.3f} {factors[1]:.3f}")
     say("bodies: us a step of rkf45, of moreau")
     for bodies in (60, 150, 300, 600, 1200):
         short = (f"mechanism.belt.bodies={bodies}", f"solver.duration={3 * duration / bodies:g}")
