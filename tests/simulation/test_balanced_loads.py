@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 import frictionsim as fs
+from tests.support.lifts import SHAFT, lift, solved
 
 BALANCED, NONE = "nothing moves: the applied torques are in balance", "no torque is applied"
 UNPRESSED = "has no effect, zero throughout: give a coefficient above 0, and a load that presses"
@@ -107,6 +108,20 @@ def test_drawn_bodies_are_at_rest_if_and_only_if_nothing_is_said_to_move() -> No
         assert any("nothing moves" in text for text in result.warnings) is bool(rests)
         moved += not rests
     assert 2 < moved < 12
+
+
+@pytest.mark.parametrize(("torque", "moves"), [(50.0, False), (220.0, True)])
+def test_a_lift_moves_although_its_cord_never_slips(torque: float, moves: bool) -> None:
+    """Balanced by 49 N m, its shaft holds 25 N m; the cord of that friction holds much more."""
+    data = lift(
+        drive__torque=torque,
+        effects__shaft_friction=SHAFT,
+        effects__cord_friction={"mu_s": 2.0, "mu_k": 2.0},
+        solver__duration=0.1,
+    )
+    done = solved(data)
+    assert [e.contact for e in done.transitions] == (["shaft"] if moves else [])
+    assert ("nothing moves: all contacts hold" not in done.warnings) is moves
 
 
 def test_a_smoothed_law_holds_nothing() -> None:
