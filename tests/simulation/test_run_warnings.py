@@ -14,7 +14,6 @@ import frictionsim as fs
 from frictionsim.results import Record
 from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, shipped, simulate
-from tests.support.second_way_shafts import machine_at_rest
 
 SHORTER = "is longer than a tenth of the period of"
 STICK_SLIP = "of the shortest time between two changes of stick and slip"
@@ -248,9 +247,8 @@ MACHINE = changed(
 
 
 def needed(data: Scenario) -> float:
-    """Return the torque that lifts in every position of the gear, N m, by a second way."""
-    scenario = fs.load(data, folder=SCENARIOS).to_dict()
-    return float(machine_at_rest(scenario)["torque_to_lift_worst"].value or 0.0)
+    """Return the torque that lifts in every position of the gear, N m."""
+    return float(fs.static(data)["torque_to_lift_worst"].value or 0.0)
 
 
 def machine(share: float, start: float = 0.0, **changes: Any) -> tuple[Record, float]:
