@@ -31,32 +31,25 @@ class InputError(FrictionsimError):
 
 
 class ArgumentError(InputError):
-    """An invalid argument of a function, which is an option of the command line.
-
-    Attributes
-    ----------
-    argument : str
-        Its name in Python; the option has dashes.
-    text : str
-    """
+    """An invalid argument of a function; the option of the command line has dashes in its name."""
 
     def __init__(self, argument: str, text: str) -> None:
-        super().__init__(f"{argument}: {text}")
+        super().__init__(argument, text)
         self.argument, self.text = argument, text
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.argument, self.text), self.__dict__
+    def __str__(self) -> str:
+        return f"{self.argument}: {self.text}"
 
 
 class ScenarioError(InputError):
     """An invalid scenario; the message has one line for each fault."""
 
     def __init__(self, faults: list[str]) -> None:
-        super().__init__("\n".join(faults))
+        super().__init__(faults)
         self.faults = faults
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.faults,), self.__dict__
+    def __str__(self) -> str:
+        return "\n".join(self.faults)
 
 
 class SolverError(FrictionsimError):
@@ -171,18 +164,9 @@ def counted(number: int, noun: str) -> str:
 
 
 def unknown(what: str, given: str, known: list[str], listed: str = "") -> str:
-    """Return the message for an unknown name.
+    """Return the message for an unknown name of a "backend" or "key" among those that are known.
 
-    Parameters
-    ----------
-    what : str
-        What the name should be of: "backend", "key".
-    given : str
-        The unknown name.
-    known : list of str
-        The valid names; the closest is suggested, all are listed if none is close.
-    listed : str
-        What is listed instead of all names, where there are many.
+    The closest is suggested; if none is close all are listed, or what is given in their place.
     """
     if near := closest(str(given), known):
         return f"unknown {what} '{given}' (did you mean '{near}'?)"
@@ -222,18 +206,9 @@ def _without_common_ending(first: str, second: str) -> tuple[str, str]:
 
 
 def near_files(path: Path, suffixes: tuple[str, ...]) -> str:
-    """Return the suggestion of an existing file for a path that does not exist.
+    """Return what a message adds on a path that does not exist: a file with a name near to it.
 
-    Parameters
-    ----------
-    path : Path
-    suffixes : tuple of str
-        Of the files that may be meant.
-
-    Returns
-    -------
-    str
-        To be added to a message; empty if no name in the folder is near.
+    Of the files with these suffixes; empty if there is none.
     """
     from difflib import get_close_matches
 

@@ -47,46 +47,23 @@ HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"  # what a file of results begins with
 
 
 class Channel(NamedTuple):
-    """Unit and description of a recorded channel.
+    """Unit and description of a recorded channel."""
 
-    Attributes
-    ----------
-    unit : str
-        SI unit.
-    long_name : str
-    axis : str
-        The axis of the columns, `body` or `pulley`; empty for a channel without columns.
-    integer : bool
-        Its values are integers: a count, an index or a mode.
-    flags : Flags
-        The meanings of these integers; empty for a count.
-    """
-
-    unit: str
+    unit: str  # SI
     long_name: str
-    axis: str = ""
-    integer: bool = False
-    flags: Flags = ()
+    axis: str = ""  # of its columns, `body` or `pulley`; empty without columns
+    integer: bool = False  # a count, an index or a mode
+    flags: Flags = ()  # the meanings of these integers; empty for a count
 
 
 class Transition(NamedTuple):
-    """A change of a contact's mode.
+    """A change of a contact's mode."""
 
-    Attributes
-    ----------
-    time : float, s
-    contact : str
-    mode_from, mode_to : int
-        0 sticking, +1 and -1 sliding; of belts also OPEN, TAUT and SLACK, see MODES.
-    position : float or None, rad
-        None for mechanisms of several coordinates.
-    """
-
-    time: float
+    time: float  # s
     contact: str
-    mode_from: int
+    mode_from: int  # 0 sticking, +1 and -1 sliding; of belts also OPEN, TAUT and SLACK, see MODES
     mode_to: int
-    position: float | None = None
+    position: float | None = None  # rad; None of a belt
 
     @property
     def words(self) -> tuple[str, str]:
@@ -124,16 +101,16 @@ class SimulationResult(NamedTuple):
     channels : mapping of (n,) or (n, members of the channel's axis), including `time`, s
     transitions : list of Transition
     quantities : Quantities
-        The quantities of the summary.
+        Of the summary.
     checks : dict of Check
-        The audit.
+        Of the audit.
     non_finite_tail : bool
         Non-finite samples were removed from the end.
     warnings : tuple of str
         Reasons to doubt the quantities.
     sides : dict of (m,)
-        Channels immediately before and after each transition: `<channel>_before` and `_after`.
-        Empty for belt drives, which do not record them.
+        Channels immediately before and after each transition, `<channel>_before` and `_after`; of
+        belts there are none.
     """
 
     channels: "Mapping[str, Array]"
@@ -187,15 +164,9 @@ class NamedQuantities(dict[str, Quantity]):
 
 
 class StaticQuantities(NamedQuantities):
-    """The quantities of statics, and what is to be said about them.
+    """The quantities of statics, and what is to be said about them."""
 
-    Attributes
-    ----------
-    notes : tuple of str
-        Sentences: whether the body rests; why a value is none.
-    """
-
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # sentences: whether the body rests; why a value is none
 
 
 class SolverStatistics(NamedTuple):
@@ -356,13 +327,9 @@ class Record(NamedTuple):
         ]
 
     def events_of(self, contact: str | None = None) -> "npt.NDArray[np.bool_]":
-        """Return which events are of a contact, (events,).
+        """Return which events are of a contact, (events,), or change the channel `mode`.
 
-        Parameters
-        ----------
-        contact : str, optional
-            The default is the contact whose mode is the channel `mode`; an impact on an end stop
-            changes it as well.
+        An impact on an end stop changes it as well.
         """
         import numpy as np
 

@@ -36,51 +36,24 @@ class Allowed(NamedTuple):
 
 
 class Case(NamedTuple):
-    """A case.
-
-    Attributes
-    ----------
-    scenario : str
-        A file of the shipped scenarios.
-    method : str
-        Its integration method.
-    changes : mapping
-        Changes of keys, as `tests.support.scenarios.changed` has them.
-    golden : Allowed or str
-        What is allowed beside its golden result, or why it has none.
-    mirror : Mirror or str
-        The mirror that it is seen in, or why there is none.
-    close : float
-        The difference that is allowed in the mirror, as a share of the size of a channel.
-    model : str
-        Which model of its kind, where it is the case that all pictures are made of.
-    word : str
-        What tells it from another case of its scenario and method.
-    law : str
-        Its law of friction, if another than that of its scenario.
-    sampled : tuple of str
-        Patterns of quantities that are of the samples, and differ with their interval.
-    fails_audit : mapping of str to str
-        Checks of the audit that it fails, with the reason.
-    not_resumed : str
-        Why it cannot be resumed.
-    slow : bool
-        It is no default test: it is dear, or says the same as another with other inputs. Default
-        tests of `robustness` hold what most of the hard ones give against references.
-    """
+    """A case, by a file of the shipped scenarios and a method."""
 
     scenario: str
     method: str = "events"
-    changes: Mapping[str, Any] = {}
+    changes: Mapping[str, Any] = {}  # of keys, as `tests.support.scenarios.changed` has them
+    # What is allowed beside its golden result, or why it has none.
     golden: Allowed | str = "its scenario has one with its own method and duration"
+    # The mirror that it is seen in, or why there is none.
     mirror: Mirror | str = "another case of its model has one"
-    close: float = ROUNDED
-    model: str = ""
-    word: str = ""
-    law: str = ""
-    sampled: tuple[str, ...] = ()
-    fails_audit: Mapping[str, str] = {}
-    not_resumed: str = ""
+    close: float = ROUNDED  # to its mirror image, as a share of the size of a channel
+    model: str = ""  # of its kind, where it is the case that all pictures are made of
+    word: str = ""  # tells it from another case of its scenario and method
+    law: str = ""  # of friction, if another than that of its scenario
+    sampled: tuple[str, ...] = ()  # patterns of quantities that are of the samples
+    fails_audit: Mapping[str, str] = {}  # checks that it fails, with the reason
+    not_resumed: str = ""  # why
+    # It is no default test: it is dear, or says the same as another with other inputs. Default
+    # tests of `robustness` hold what most of the hard ones give against references.
     slow: bool = False
 
     def __str__(self) -> str:

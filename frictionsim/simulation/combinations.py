@@ -1,8 +1,6 @@
 """The scenario of each combination of values."""
 
 from collections.abc import Sequence
-from functools import reduce
-from operator import getitem
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -68,7 +66,9 @@ class Combinations:
         overrides = {key: values[number] for key, number in self._numbers.items()}
         paths = apply_overrides(self._changed, overrides)[0]
         for (*above, last), number in zip(paths, self._numbers.values(), strict=True):
-            table: Any = reduce(getitem, above, self._changed)
+            table: Any = self._changed
+            for key in above:
+                table = table[key]
             self._places.append((table, last, number))
 
     def _validated(self, values: Sequence[Any]) -> Scenario:

@@ -135,14 +135,16 @@ class CoordinateSimulation(Simulation):
         rows = require_array(state, "transitions", np.float64, ndim=2)
         if rows.shape != (len(names), 4):  # time, modes before and after it, position
             raise unfit("transitions")
-        contacts = names.astype(str).tolist()
+        contacts = [name.decode(errors="replace") for name in names.tolist()]
         known = {STOP, DRIVE, *[contact.name for contact in self._mechanism.contacts]}
         known |= {surface.event for surface in self._mechanism.system.surfaces}
         if not known >= {*contacts}:
             raise unfit("transitions.contact", "names no contact of it")
         return [
             Transition(time, contact, int(mode_from), int(mode_to), position)
-            for contact, (time, mode_from, mode_to, position) in zip(contacts, rows, strict=True)
+            for contact, (time, mode_from, mode_to, position) in zip(
+                contacts, rows.tolist(), strict=True
+            )
         ]
 
     def observe(self) -> SimulationResult:

@@ -22,7 +22,7 @@ SMALL = 256 * 2**20  # bytes that are there
 LARGE = 10**9  # bytes of samples that a user should know of before
 # The largest size of a run over that of its samples: their arrays grow, some become integers, and
 # those of a belt are compressed. Measured of a guided string: 1.65, whose file has 0.2 of it, and
-# might have 0.75 if nothing could be compressed; of a pulley 2.0.
+# might have 0.75 if nothing could be compressed; of a pulley below 1.
 PEAK = 2.3
 CONTROL_GROUPS = Path("/sys/fs/cgroup")
 # Limit and size, by the name of the controller; version 2 has one of all.

@@ -5,6 +5,7 @@ side, and `prescribed.PrescribedMotion` has no unknown force.
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import inf, nextafter
 from typing import Any, NamedTuple
 
@@ -171,11 +172,12 @@ def _cut(system: Any, step: Any, modes: Modes) -> tuple[Any, Any]:
     crossed = None
     for surface in system.surfaces:
         if surface.beyond(step, step.t, step.y) > 0.0:
-            before, after = bracket_root(
-                lambda t, of=surface, step=step: of.beyond(step, t, step.at(system, modes, t)),
-                step.t_old,
-                step.t,
-            )
+            beyond: Any = partial(_beyond, surface, step, system, modes)
+            before, after = bracket_root(beyond, step.t_old, step.t)
             crossed = (surface.event, step.at(system, modes, before))
             step = step.cut(system, modes, after)
     return step, crossed if crossed and crossed[0] else None
+
+
+def _beyond(surface: Any, step: Any, system: Any, modes: Modes, t: float) -> Any:
+    return surface.beyond(step, t, step.at(system, modes, t))

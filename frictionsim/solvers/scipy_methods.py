@@ -77,7 +77,7 @@ class ScipyStep:
                 if is_finite and solver.status == "failed":
                     is_finite = np.all(np.isfinite(rates(self.t, np.array(self.y))))
             except (ValueError, LinAlgError):  # a non-finite or singular matrix
-                is_finite = False
+                is_finite = np.False_
         if not is_finite:
             raise non_finite_error(self.t, tol.subject)
         if solver.status == "failed":

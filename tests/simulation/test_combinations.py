@@ -25,13 +25,10 @@ ODD = st.sampled_from([*SMALL_OR_LARGE, -1.0, 0.3, 1, True, "1", None, [1.0]])
     ("name", "values"),
     [
         ("pulley", {MU_S: 0.3, "drive.force.value.1": 4000.0, "drive.direction": "horizontal"}),
-        ("pulley", {"solver.duration": 5.0, "solver.rtol": 1e-7}),
         ("pulley", {"effects.viscous_damping": "none"}),
         ("pulley", {"drive.force": {"time": [0.0, 1.0], "value": [0.0, 1.0]}}),
         ("hard/jump_from_csv", {"mechanism.load": 1000.0}),
         ("belt_string", {"mechanism.pulleys.0.radius": 0.1, "effects.belt_friction.mu_k": 0.1}),
-        ("belt_drive", {"mechanism.belt.mass_per_length": 0.2}),
-        ("epicyclic", {"effects.gravity.g": 9.0}),
         ("marble_machine", {"effects.shaft_friction.mu_s": 0.4, "drive.motor.stall_torque": 3.0}),
     ],
 )

@@ -1,51 +1,20 @@
-"""The event-driven loop by name: states between turns, several contacts, ropes, surfaces."""
+"""The event-driven loop by name: several contacts, ropes, surfaces."""
 
 from collections.abc import Callable
 from math import exp, inf, pi
-from typing import Any
 
 import numpy as np
 import pytest
 
 from frictionsim.errors import BudgetExceeded, InputError, SolverError
-from frictionsim.mechanisms.extension import INPUT, Friction, MultiplesOf, OneCoordinate, Term
+from frictionsim.mechanisms.extension import INPUT, MultiplesOf, OneCoordinate, Term
 from frictionsim.results import BACKWARD, FORWARD, SLACK, STICK, TAUT
 from frictionsim.solvers.events import Events
-from frictionsim.solvers.loop import State
 from frictionsim.solvers.modes import KEEPS, consistent
 from frictionsim.solvers.recording import Recording
 from frictionsim.solvers.rkf45 import Tolerances
 from frictionsim.solvers.system import Contact
-from tests.support.wheels import TIGHT, signal, solved
-
-
-def block(drive: Any, *terms: Term, start: tuple[float, float] = (0.0, 0.0)) -> OneCoordinate:
-    """Return a block of 2 kg with the limits 6 and 4 N, under a force and other terms."""
-    friction = Friction(
-        "floor",
-        static=lambda u, q: 6.0,
-        kinetic=lambda u, q, v, s, applied: 4.0,
-        roundoff=lambda u, q: 1e-14,
-    )
-    terms = (Term(lambda u, q, v: u, INPUT), *terms)
-    return OneCoordinate(drive, None, 2.0, terms, friction, start=start)
-
-
-def test_from_each_state_between_turns_a_run_continues_to_the_same_bits() -> None:
-    def system() -> OneCoordinate:
-        spring = Term(lambda u, q, v: -8.0 * q, potential=lambda q: 4.0 * q * q)
-        return block(signal({"time": [0.0, 1.0, 2.0], "value": [0.0, 20.0, -9.0]}), spring)
-
-    states: list[tuple[State, int]] = []
-    whole = Events(system(), TIGHT, Recording(system(), 4.0, 0.1), 4.0)
-    whole.run(lambda t: states.append((whole.state, len(whole.recording.rows))))
-    for state, rows in states[:: max(1, len(states) // 20)]:
-        part = Events(system(), TIGHT, Recording(system(), 4.0, 0.1), 4.0)
-        part.state = state
-        part.recording.rows = whole.recording.rows[:rows]
-        part.run(lambda t: None)
-        assert part.recording.rows == whole.recording.rows
-        assert part.state == whole.state
+from tests.support.wheels import signal, solved
 
 
 class Bodies:

@@ -8,7 +8,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow
-from frictionsim.solvers.rkf45 import START, Step, Tolerances
+from frictionsim.solvers.rkf45 import E6, START, Step, Tolerances
 from tests.support.problems import CORD_RADIUS, DRAG, INERTIA, LOAD, R_K, R_S
 from tests.support.wheels import signal, solved, wheel
 
@@ -102,6 +102,19 @@ def test_adaptive_error_is_near_its_tolerance(rtol: float) -> None:
     error = abs(end.y[1] - exp(sin(20.0)))
     assert 1e-5 * rtol < error < end.taken * rtol
     assert end.rejected < 0.2 * end.taken
+
+
+def test_an_error_is_relative_to_the_larger_of_both_states() -> None:
+    tolerances = Tolerances(rtol=1e-3, atol=1e-6)
+    flat = [0.0, 0.0]
+
+    def error(errors: list[float], y_old: list[float], y: list[float]) -> float:
+        slopes = [e / E6 for e in errors]  # of the last stage of a step of 1 s
+        return tolerances.error(y_old, y, flat, (flat, flat, flat, slopes), 1.0)
+
+    assert error([2e-3, 0.0], [0.1, 1.0], [-2.0, 1.0]) == pytest.approx(1.0, rel=1e-3)
+    assert error([2e-3, 0.0], [-2.0, 1.0], [0.1, 1.0]) == pytest.approx(1.0, rel=1e-3)
+    assert error([0.0, -3e-6], [1.0, 0.0], [1.0, 0.0]) == pytest.approx(3.0)
 
 
 def test_states_within_a_step_are_as_accurate_as_its_end() -> None:

@@ -13,30 +13,14 @@ TURNED = frozenset({"angle", "angular_velocity", "angular_acceleration", "fricti
 
 
 class Mirror(NamedTuple):
-    """A mirror of one model of mechanisms.
+    """A mirror of one model of mechanisms, by names of channels but for `even`."""
 
-    Attributes
-    ----------
-    scenario : callable
-        Returns the scenario in the mirror.
-    odd : frozenset of str
-        Channels that change their sign in it; all others keep it.
-    exchanged : mapping of str to str
-        Channels that stand for each other.
-    other : frozenset of str
-        Channels that the mirror does not leave comparable, with the reason beside.
-    half_turn : frozenset of str
-        Channels that are angles from the x axis: phi becomes pi - phi.
-    even : frozenset of str
-        Contacts whose modes have no direction.
-    """
-
-    scenario: Callable[[Scenario], Scenario]
-    odd: frozenset[str]
-    exchanged: Mapping[str, str] = {}
-    other: frozenset[str] = frozenset()
-    half_turn: frozenset[str] = frozenset()
-    even: frozenset[str] = frozenset()
+    scenario: Callable[[Scenario], Scenario]  # returns that in the mirror
+    odd: frozenset[str]  # change their sign; all others keep it
+    exchanged: Mapping[str, str] = {}  # stand for each other
+    other: frozenset[str] = frozenset()  # are not left comparable, with the reason beside
+    half_turn: frozenset[str] = frozenset()  # are angles from the x axis: phi becomes pi - phi
+    even: frozenset[str] = frozenset()  # contacts whose modes have no direction
 
     def event(self, contact: str, *modes: int) -> tuple[str, *tuple[int, ...]]:
         """Return contact and modes of a transition as the run in the mirror should have them."""
