@@ -90,7 +90,7 @@ def test_samples_are_at_multiples_of_the_interval_and_at_the_end() -> None:
         assert run.time.tolist() == expected
 
 
-@pytest.mark.parametrize("name", ["marble_machine", "epicyclic", "lift"])
+@pytest.mark.parametrize("name", ["marble_machine", "lift"])
 def test_integers_are_the_whole_numbers_and_have_a_meaning(name: str) -> None:
     data = shipped(name)
     channels = fs.Result(simulate(data)).dataset

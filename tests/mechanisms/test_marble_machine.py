@@ -78,7 +78,7 @@ def test_worst_position_is_half_a_pitch_after_a_transfer() -> None:
 
     worst = statics()["torque_to_lift_worst"]
     assert worst is not None
-    for angle in np.linspace(0.0, 2 * pi, 100):
+    for angle in np.linspace(0.0, 2 * pi, 20):
         assert lifts(worst * (1 + 1e-9), float(angle))  # a hair above lifts everywhere
     assert not lifts(worst * (1 - 1e-9), radians(18.0))
 

@@ -74,10 +74,6 @@ class Constants(NamedTuple):
     is_radial: bool
     parts: tuple[str, ...]
 
-    def load(self, q: float, v: float) -> float:
-        """Return the radial load of the mesh, whose size is N, of phi and phi'."""
-        return self.G_2 * sin(q) - (self.mass_length * v * v if self.is_radial else 0.0)
-
 
 def constants_of(scenario: EpicyclicScenario) -> Constants:
     """Return the constants of the equation of a scenario."""
@@ -90,8 +86,8 @@ def constants_of(scenario: EpicyclicScenario) -> Constants:
     K = (0.5 * geometry.crank_mass * g + G_2) * geometry.length
     is_radial = rolling is not None and rolling.normal_load == "radial"
     parts = {"hinge": hinge is not None, "mesh": rolling is not None and (is_radial or G_2 > 0.0)}
-    couple = over_speed(hinge.torque_kinetic, hinge.torque_static) if hinge else over_speed(0.0, 0)
-    arm = over_speed(rolling.rolling_arm, rolling.arm) if rolling else over_speed(0.0, 0.0)
+    couple = over_speed(*((hinge.torque_kinetic, hinge.torque_static) if hinge else (0.0, 0.0)))
+    arm = over_speed(*((rolling.rolling_arm, rolling.arm) if rolling else (0.0, 0.0)))
     return Constants(
         K + G_2 * geometry.length if is_published else K,
         G_2,
@@ -110,7 +106,7 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
     geometry, effects, drive = scenario.mechanism, scenario.effects, scenario.drive
     constants, speed = constants_of(scenario), scenario.given_speed
     system_of: Any = OneCoordinate if speed is None else partial(OneAtSpeed, speed)
-    K = constants.K
+    K, load = constants.K, _load(constants)
     terms = [Term(lambda M_O, q, v: M_O, INPUT)]
     if effects.gravity:
         terms.append(Term(lambda M_O, q, v: -K * cos(q), potential=lambda q: K * sin(q)))
@@ -134,7 +130,7 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
     planet = geometry.planet_speed_ratio
     following |= {"uniform_torque": uniform_torque, "planet_velocity": lambda q, v: planet * v}
     if effects.rolling_friction:
-        following["normal_load"] = lambda q, v: abs(constants.load(q, v))
+        following["normal_load"] = lambda q, v: abs(load(q, v))
     if effects.tracer_point:
         path = path_of(scenario)
         L, turns, rho, psi_0 = path.length, path.turns, path.rho, path.psi_0
@@ -160,6 +156,14 @@ def build(scenario: EpicyclicScenario) -> Mechanism:
     )
 
 
+def _load(constants: Constants) -> Callable[[float, float], float]:
+    """Return the radial load of the mesh, of (phi, phi'), whose size is N."""
+    G_2, mass_length = constants.G_2, constants.mass_length
+    if constants.is_radial:
+        return lambda q, v: G_2 * sin(q) - mass_length * v * v
+    return lambda q, v: G_2 * sin(q)
+
+
 class Unloading(NamedTuple):
     """The surface on which the radial load of the mesh changes its sign."""
 
@@ -176,7 +180,7 @@ def _friction(
 ) -> tuple[Friction, tuple[Any, ...]]:
     """Return the dry friction of hinge and mesh, as far as they are there, and its surfaces."""
     static, couple = constants.static, constants.couple
-    static_lever, lever, load = constants.static_lever, constants.lever, constants.load
+    static_lever, lever, load = constants.static_lever, constants.lever, _load(constants)
     kinetic, arm = couple.at_rest, lever.at_rest
     largest = constants.K + static + static_lever * constants.G_2
     friction = Friction(

@@ -128,14 +128,14 @@ class TracerPath:
         if half is None:
             return None
         for way in (1.0, -1.0):
-            for time, angle, velocity in _one_way(motion, way):
-                cubic = Cubic.of(time, angle, velocity)
+            for part in _one_way(motion, way):
+                cubic, angle = Cubic(part), part[1]
                 # A passage is longest near a sample, or where the speed is least between two.
-                near = np.concatenate((angle, cubic.at(cubic.place_of_least_speed())))
+                near = np.concatenate((angle, cubic.at_least_speed()))
                 k = np.unique(np.floor(self._number(way * near)))
                 at = way * self.angle_of(np.unique(k[:, None] + np.arange(-1.0, 3.0)))
                 at = at[(at - half >= angle[0]) & (at + half <= angle[-1])]
-                start, stop = (cubic.times_of(at + p, time) for p in (-half, half))
+                start, stop = (cubic.times_of(at + p) for p in (-half, half))
                 for i in np.argsort(start - stop, kind="stable")[:1].tolist():
                     dwell = Dwell(float(way * at[i]), half, float(stop[i] - start[i]))
                     longest = max(longest or dwell, dwell, key=lambda one: one.time)
@@ -178,81 +178,68 @@ FINE, CHUNK = 64, 1024
 BISECTIONS = 53  # to the roundoff of a number in 0 to 1
 
 
-class Cubic(NamedTuple):
-    """The angle of the crank between samples: start + u (rise + u (rest + u cubic)), u in 0 to 1.
+class Cubic:
+    """The angle of the crank between samples, rad: start + u (rise + u (rest + u cubic)).
 
-    All are (n - 1,), in rad, but `step`, the time between two samples, s.
+    From sample i to the next, u goes from 0 to 1. All are (n - 1,).
     """
 
-    step: Any
-    start: Any
-    rise: Any
-    rest: Any
-    cubic: Any
+    def __init__(self, motion: Motion) -> None:
+        self.time, angle, velocity = motion
+        self.step, turned = self.time[1:] - self.time[:-1], angle[1:] - angle[:-1]
+        self.start, self.rise = angle[:-1], self.step * velocity[:-1]
+        end_rise = self.step * velocity[1:]
+        self.rest = 3.0 * turned - 2.0 * self.rise - end_rise
+        self.cubic = self.rise + end_rise - 2.0 * turned
 
-    @classmethod
-    def of(cls, time: Any, angle: Any, velocity: Any) -> "Cubic":
-        """Return the polynomials of times, angles and angular velocities, each (n,)."""
-        step, turned = time[1:] - time[:-1], angle[1:] - angle[:-1]
-        rise, end_rise = step * velocity[:-1], step * velocity[1:]
-        rest, cubic = 3.0 * turned - 2.0 * rise - end_rise, rise + end_rise - 2.0 * turned
-        return cls(step, angle[:-1], rise, rest, cubic)
+    def at(self, i: Any, u: Any) -> Any:
+        """Return the angle, rad."""
+        return self.start[i] + u * (self.rise[i] + u * (self.rest[i] + u * self.cubic[i]))
 
-    def at(self, u: Any) -> Any:
-        """Return the angle at u, rad."""
-        return self.start + u * (self.rise + u * (self.rest + u * self.cubic))
+    def velocity(self, i: Any, u: Any) -> Any:
+        """Return the angular velocity, rad/s."""
+        return (self.rise[i] + u * (2.0 * self.rest[i] + 3.0 * u * self.cubic[i])) / self.step[i]
 
-    def velocity(self, u: Any) -> Any:
-        """Return the angular velocity at u, rad/s."""
-        return (self.rise + u * (2.0 * self.rest + 3.0 * u * self.cubic)) / self.step
-
-    def place_of_least_speed(self) -> Any:
-        """Return u where the speed has an extremum between two samples, else 0."""
+    def at_least_speed(self) -> Any:
+        """Return the angles where the speed has an extremum between two samples, else at them."""
         import numpy as np
 
         some = self.cubic != 0.0
         u = np.where(some, -self.rest / np.where(some, 3.0 * self.cubic, 1.0), 0.0)
-        return np.where((u > 0.0) & (u < 1.0), u, 0.0)
+        return self.at(slice(None), np.where((u > 0.0) & (u < 1.0), u, 0.0))
 
-    def place(self, is_before: "Callable[[Cubic, Any], Any]") -> Any:
-        """Return u up to which is_before(self, u) holds, by bisection."""
-        import numpy as np
-
-        low, high = np.zeros(self.step.size), np.ones(self.step.size)
-        for _ in range(BISECTIONS):
-            u = 0.5 * (low + high)
-            before = is_before(self, u)
-            low, high = np.where(before, u, low), np.where(before, high, u)
-        return high
-
-    def times_of(self, at: Any, time: Any) -> Any:
+    def times_of(self, at: Any) -> Any:
         """Return when a crank that turns forward has angles, (m,), rad: times, (m,), s."""
         import numpy as np
 
         i = np.clip(np.searchsorted(self.start, at, side="right") - 1, 0, None)
-        here = self.of_intervals(i)
-        return time[i] + here.place(lambda cubic, u: cubic.at(u) < at) * here.step
+        return self.time[i] + last_place(lambda u: self.at(i, u) < at, i.size) * self.step[i]
 
-    def of_intervals(self, i: Any) -> "Cubic":
-        """Return the polynomials of some intervals, (m,)."""
-        return Cubic(*(part[i] for part in self))
+
+def last_place(is_before: Callable[[Any], Any], count: int) -> Any:
+    """Return the places, (count,), in 0 to 1 up to which is_before(u) holds, by bisection."""
+    import numpy as np
+
+    low, high = np.zeros(count), np.ones(count)
+    for _ in range(BISECTIONS):
+        u = 0.5 * (low + high)
+        before = is_before(u)
+        low, high = np.where(before, u, low), np.where(before, high, u)
+    return high
 
 
 def _one_way(motion: Motion, way: float) -> Iterator[Motion]:
-    """Yield each part of a motion in which the angle grows all along.
-
-    With `way` -1, angle and velocity are of the opposite sign. Where the motion turns between two
-    samples, a sample is inserted.
-    """
+    """Yield each part of a motion, times -1 with `way` -1, in which the angle grows all along."""
     import numpy as np
 
     time, angle, velocity = motion[0], way * motion[1], way * motion[2]
     turns = np.flatnonzero(velocity[:-1] * velocity[1:] < 0.0)
-    cubic = Cubic.of(time, angle, velocity).of_intervals(turns)
-    u = cubic.place(lambda cubic, u: cubic.velocity(u) * velocity[turns] > 0.0)
-    angle = np.insert(angle, turns + 1, cubic.at(u))
+    cubic = Cubic((time, angle, velocity))
+    # Where the motion turns between two samples, a sample is inserted.
+    u = last_place(lambda u: cubic.velocity(turns, u) * velocity[turns] > 0.0, turns.size)
+    angle = np.insert(angle, turns + 1, cubic.at(turns, u))
     velocity = np.insert(velocity, turns + 1, 0.0)
-    time = np.insert(time, turns + 1, time[turns] + u * cubic.step)
+    time = np.insert(time, turns + 1, time[turns] + u * cubic.step[turns])
     grows = np.concatenate(([False], angle[1:] > angle[:-1], [False]))
     edges = np.flatnonzero(grows[1:] != grows[:-1]).tolist()
     for first, last in zip(edges[::2], edges[1::2], strict=True):

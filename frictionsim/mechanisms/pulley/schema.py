@@ -352,57 +352,53 @@ class PulleyScenario(SingleDofScenario):
                 ("drive", "direction"),
                 "masses hang on both sides of the pulley: with hanging_masses it is vertical",
             )
-        if fault := self._fault_of_masses():
-            raise inconsistent(*fault)
+        self._check_masses()
         return self
 
-    def _fault_of_masses(self) -> tuple[tuple[str, ...], str] | None:
-        """Return a key and what is wrong with it for hanging masses; None if nothing is."""
+    def _check_masses(self) -> None:
+        """Raise an error of hanging masses that a drive pushes, or that have no unique motion."""
         n, force = self.lift_parameters, self.drive.force
-        if force is not None:
-            minimum, _ = extremes(force, self.solver.duration)
-            if minimum < 0.0 and self.effects.cord_friction is not None:
-                return ("drive", "force"), (
-                    f"it has a minimum of {minimum:.6g} N, and a cord that may slip cannot push:"
-                    " give a force that is not negative, or leave cord_friction out"
-                )
-            if minimum < 0.0 and n.m2 == 0.0:
-                return ("drive", "force"), (
-                    f"it has a minimum of {minimum:.6g} N, and the end of a cord without mass"
-                    " cannot push: give a force that is not negative, or a counterweight"
-                )
+        minimum = 0.0 if force is None else extremes(force, self.solver.duration)[0]
+        if minimum < 0.0 and (self.effects.cord_friction is not None or n.m2 == 0.0):
+            what, other = "the end of a cord without mass", "a counterweight"
+            if self.effects.cord_friction is not None:
+                what, other = "a cord that may slip", "leave cord_friction out"
+            raise inconsistent(
+                ("drive", "force"),
+                f"it has a minimum of {minimum:.6g} N, and {what} cannot push: give a force that is"
+                f" not negative, or {other}",
+            )
         if self.drive.speed is not None:
-            return None
+            return
         journal = self.effects.shaft_friction
         r_k = journal.radius_over_speed.largest if journal else 0.0
         for name, mass in (("car", n.m1), ("counterweight", n.m2)):
             if mass > 0.0 and n.inertia + mass * n.r * (n.r - r_k) <= 0.0:
-                return ("effects", "shaft_friction", "shaft_radius"), (
+                raise inconsistent(
+                    ("effects", "shaft_friction", "shaft_radius"),
                     f"the kinetic friction radius {r_k:.6g} m is so far above cord_radius ="
                     f" {n.r} m that the {name} of {mass:.6g} kg would turn the pulley backward by"
-                    " accelerating it: the equations have no unique solution; give a thinner shaft"
+                    " accelerating it: the equations have no unique solution; give a thinner shaft",
                 )
-        return self._fault_of_massless_pulley(n, r_k) if n.inertia == 0.0 else None
+        if n.inertia == 0.0:
+            self._check_massless_pulley(n, r_k)
 
-    def _fault_of_massless_pulley(
-        self, n: LiftParameters, r_k: float
-    ) -> tuple[tuple[str, ...], str] | None:
-        """Return what is wrong with a pulley without inertia: it must not lose what hangs on it.
-
-        The extremes of the drive, in both directions of friction, have to leave all ropes taut. A
-        damping torque stays below that at the start, or that of the largest uniform speed.
-        """
-        masses = "0: the masses give the pulley its inertia, and"
+    def _check_massless_pulley(self, n: LiftParameters, r_k: float) -> None:
+        """Raise an error if a pulley without inertia may lose what hangs on it."""
+        where, masses = ("mechanism", "inertia"), "0: the masses give the pulley its inertia, and"
         if self.effects.cord_friction is not None:
-            return ("mechanism", "inertia"), (
-                f"{masses} a slipping cord gives none: give an inertia, or leave cord_friction out"
+            raise inconsistent(
+                where,
+                f"{masses} a slipping cord gives none: give an inertia, or leave cord_friction out",
             )
+        # The extremes of the drive, in both directions of friction, have to leave all ropes taut.
         cases = [
             (n.weight_2, u, arm) if n.by_torque else (n.weight_2 + u, 0.0, arm)
             for u in extremes(self.drive.given, self.solver.duration)
             for arm in (n.r + r_k, n.r - r_k)
         ]
         nets = [pull * (2.0 * n.r - arm) - n.weight_1 * arm + tau for pull, tau, arm in cases]
+        # A damping torque stays below that at the start, or that of the largest uniform speed.
         start, worst = abs(self.mechanism.initial_angular_velocity), inf
         damped = max(n.damping * start, *map(abs, nets)) if n.damping else 0.0
         for (pull, _, arm), net in zip(cases, nets, strict=True):
@@ -411,12 +407,12 @@ class PulleyScenario(SingleDofScenario):
                 worst = min(worst, n.weight_1 + n.m1 * rim)
                 if n.m2 > 0.0:
                     worst = min(worst, pull, pull - n.m2 * rim)
-        if worst > 0.0:
-            return None
-        return ("mechanism", "inertia"), (
-            f"{masses} a slack rope gives none; with this drive a tension may fall to"
-            f" {worst:.6g} N: give an inertia, or a drive that keeps the ropes taut"
-        )
+        if worst <= 0.0:
+            raise inconsistent(
+                where,
+                f"{masses} a slack rope gives none; with this drive a tension may fall to"
+                f" {worst:.6g} N: give an inertia, or a drive that keeps the ropes taut",
+            )
 
     @property
     def lift_parameters(self) -> LiftParameters:

@@ -122,7 +122,7 @@ def unknown_of(scenario: ShaftScenario) -> Unknown | None:
 
 
 class Root(NamedTuple):
-    """A root of eq 24 and the direction of impending motion; both ways where M and F vanish."""
+    """A root of eq 24; its direction of impending motion is BOTH where M and F vanish together."""
 
     value: float
     direction: int

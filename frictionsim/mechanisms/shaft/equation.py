@@ -157,7 +157,8 @@ class Shaft:
         effects, self.inertia = scenario.effects, scenario.inertia
         journal, mass, stops = effects.shaft_friction, effects.eccentric_mass, effects.end_stops
         self.r_s, r_k = radii_of(journal)
-        self.loads = [load_of(part) for part in (*scenario.forces, *scenario.couples)]
+        given: list[Force | Couple] = [*scenario.forces, *scenario.couples]
+        self.loads = [load_of(part) for part in given]
         self.weights = weights_of(scenario)
         (_, x, y), (cosine, *_), (sine, *_) = total_of(self.weights)
         self.normal_load = journal.normal_load if journal else None
