@@ -17,7 +17,13 @@ from tests.support.belt_kernels import (
     rates,
     row,
 )
-from tests.support.belt_reference import NO_PULLEY, Accelerations, accelerations, corners
+from tests.support.belt_reference import (
+    NO_PULLEY,
+    Accelerations,
+    accelerations,
+    corners,
+    potential,
+)
 from tests.support.belt_scenarios import (
     Array,
     every_effect,
@@ -29,7 +35,7 @@ from tests.support.belt_scenarios import (
     slope,
     terms_of,
 )
-from tests.support.scenarios import Scenario
+from tests.support.scenarios import Scenario, changed, scenario_run, simulate
 from tests.support.second_way import signal
 
 # `test_compiled` has the compiled kernels.
@@ -198,6 +204,19 @@ def test_contact_that_differs_by_pulley() -> None:
     both = Both(every_effect(effects__contact__pulleys=OWN), 2)
     assert len(set(both.expected.pulley)) == 4
     assert_same(both, CLOSE_STUCK)
+
+
+@uncompiled
+def test_the_energy_has_the_depth_of_each_contact_and_the_weight() -> None:
+    times = {"solver__duration": 4e-3, "output__interval": 1e-3}
+    data = every_effect(effects__contact__pulleys=OWN, **times)
+    done = simulate(changed(data, solver__backend="moreau"))
+    assert done.checks["energy_balance"].ok
+    belt = reference(scenario_run(done), assemble(scenario_run(done)).belt.length)
+    c = done.channels
+    energies = [potential(belt, c["x"][i], c["y"][i], c["angle"][i]) for i in (0, -1)]
+    stored = c["energy_potential"]
+    assert stored[-1] - stored[0] == pytest.approx(energies[1] - energies[0], rel=1e-6)
 
 
 @uncompiled

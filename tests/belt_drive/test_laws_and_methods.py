@@ -42,9 +42,7 @@ def test_a_pair_comes_to_its_end(law: str, backend: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("backend", ["rkf45", "moreau"])
-@pytest.mark.parametrize(
-    "effect", ["belt_friction", "axial_damping", "bending", "contact__damping", "every"]
-)
+@pytest.mark.parametrize("effect", ["belt_friction", "axial_damping", "bending", "every"])
 def test_compiled_kernels_of_other_effects_keep_their_law_and_energy(
     effect: str, backend: str
 ) -> None:

@@ -1025,7 +1025,8 @@ def step_plan(
     obliquity = spare / (1.5 * along + TINY)
     if h * along <= STIFF and obliquity >= LEAST_OBLIQUITY:
         axial = None
-    oblique = obliquity if axial is None and obliquity < ALL_OBLIQUITIES else None
+    extrapolated = axial is None and belt.damping is not None
+    oblique = min(obliquity, ALL_OBLIQUITIES) if extrapolated else None
     return StepPlan(h, max_step, axial, bending * belt.inertia if bending else None, oblique)
 
 
