@@ -261,16 +261,22 @@ def test_laws_of_the_slip(law: str, seed: int) -> None:
 
 
 @uncompiled
-def test_creep_depends_on_the_step() -> None:
-    """In eq 13 the creep is the way slipped in the step of the integration."""
-    friction = {"mu_s": 0.6, "mu_k": 0.4, **LAWS["creep"]}
-    both = Both(pair(effects__belt_friction=friction), 0)
+@pytest.mark.parametrize("time", [None, STEP, 0.3 * STEP])
+def test_creep_depends_on_the_step_where_it_has_no_time(time: float | None) -> None:
+    """In eq 13 the creep is the way slipped in the step of the integration, or in that time."""
+    friction = {"mu_s": 0.6, "mu_k": 0.4, **LAWS["creep"], "elementary_time": time}
+    both = Both(pair(effects__belt_friction={k: v for k, v in friction.items() if v}), 0)
     once = both.of_bodies(row.FRICTION)
     rates(both.t, 0.5 * STEP, both.state, both.rate, both.model.belt)
     halved = both.of_bodies(row.FRICTION)
     slow = (np.abs(both.expected.slip) < 6e-3) & (both.expected.N > 0.0)
-    assert np.all(np.abs(halved[slow]) < np.abs(once[slow]))
     assert np.array_equal(halved[~slow], once[~slow])
+    if time is None:
+        assert np.all(np.abs(halved[slow]) < np.abs(once[slow]))
+    else:
+        assert np.array_equal(halved, once)
+        # The reference has the step.
+        assert np.allclose(once, both.expected.T, rtol=1e-9) == (time == STEP)
 
 
 @pytest.mark.parametrize("limits", [(0.6, 0.4), (3.0, 0.0)])

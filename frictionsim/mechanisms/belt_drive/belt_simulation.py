@@ -18,6 +18,7 @@ from frictionsim.mechanisms.belt_drive.limits import (
 from frictionsim.mechanisms.belt_drive.sampling import Observer
 from frictionsim.mechanisms.belt_drive.schema import channels_of
 from frictionsim.results import SimulationResult
+from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 from frictionsim.simulation.checkpoint import Arrays, dump_part, load_part, require_array, unfit
 from frictionsim.solvers.recording import SampleTimes
 
@@ -197,13 +198,7 @@ def _warnings_of_step(scenario: "BeltDriveScenario", belt: Belt, rest: Rest) -> 
 
 def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:
     """Return the times at which a drive or its derivative jumps, s: a step ends there."""
-    from frictionsim.scenario.signal_tables import SpeedTable, signal_from
-
-    times = set()
-    for term in (term for drive in scenario.drive.values() for term in drive.terms):
-        if isinstance(term, SpeedTable):
-            continue
-        signal, t = signal_from(term), 0.0
-        while (t := signal.next_discontinuity(t)) < scenario.solver.duration:
-            times.add(t)
-    return sorted(times)
+    terms = (term for drive in scenario.drive.values() for term in drive.terms)
+    signals = (signal_from(term) for term in terms if not isinstance(term, SpeedTable))
+    times = {t for signal in signals for t in signal.corners()}
+    return sorted(t for t in times if t < scenario.solver.duration)
