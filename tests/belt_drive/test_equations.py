@@ -17,7 +17,13 @@ from tests.support.belt_kernels import (
     rates,
     row,
 )
-from tests.support.belt_reference import NO_PULLEY, Accelerations, accelerations, corners
+from tests.support.belt_reference import (
+    NO_PULLEY,
+    Accelerations,
+    accelerations,
+    corners,
+    potential,
+)
 from tests.support.belt_scenarios import (
     Array,
     every_effect,
@@ -29,7 +35,7 @@ from tests.support.belt_scenarios import (
     slope,
     terms_of,
 )
-from tests.support.scenarios import Scenario
+from tests.support.scenarios import Scenario, changed, scenario_run, simulate
 from tests.support.second_way import signal
 
 # `test_compiled` has the compiled kernels.
@@ -201,6 +207,19 @@ def test_contact_that_differs_by_pulley() -> None:
 
 
 @uncompiled
+def test_the_energy_has_the_depth_of_each_contact_and_the_weight() -> None:
+    times = {"solver__duration": 4e-3, "output__interval": 1e-3}
+    data = every_effect(effects__contact__pulleys=OWN, **times)
+    done = simulate(changed(data, solver__backend="moreau"))
+    assert done.checks["energy_balance"].ok
+    belt = reference(scenario_run(done), assemble(scenario_run(done)).belt.length)
+    c = done.channels
+    energies = [potential(belt, c["x"][i], c["y"][i], c["angle"][i]) for i in (0, -1)]
+    stored = c["energy_potential"]
+    assert stored[-1] - stored[0] == pytest.approx(energies[1] - energies[0], rel=1e-6)
+
+
+@uncompiled
 def test_damping_at_one_pulley_alone() -> None:
     own = {"driven": {"damping": 30.0}}
     both = Both(pair(effects__contact__damping=0.0, effects__contact__pulleys=own), 1)
@@ -242,16 +261,22 @@ def test_laws_of_the_slip(law: str, seed: int) -> None:
 
 
 @uncompiled
-def test_creep_depends_on_the_step() -> None:
-    """In eq 13 the creep is the way slipped in the step of the integration."""
-    friction = {"mu_s": 0.6, "mu_k": 0.4, **LAWS["creep"]}
-    both = Both(pair(effects__belt_friction=friction), 0)
+@pytest.mark.parametrize("time", [None, STEP, 0.3 * STEP])
+def test_creep_depends_on_the_step_where_it_has_no_time(time: float | None) -> None:
+    """In eq 13 the creep is the way slipped in the step of the integration, or in that time."""
+    friction = {"mu_s": 0.6, "mu_k": 0.4, **LAWS["creep"], "elementary_time": time}
+    both = Both(pair(effects__belt_friction={k: v for k, v in friction.items() if v}), 0)
     once = both.of_bodies(row.FRICTION)
     rates(both.t, 0.5 * STEP, both.state, both.rate, both.model.belt)
     halved = both.of_bodies(row.FRICTION)
     slow = (np.abs(both.expected.slip) < 6e-3) & (both.expected.N > 0.0)
-    assert np.all(np.abs(halved[slow]) < np.abs(once[slow]))
     assert np.array_equal(halved[~slow], once[~slow])
+    if time is None:
+        assert np.all(np.abs(halved[slow]) < np.abs(once[slow]))
+    else:
+        assert np.array_equal(halved, once)
+        # The reference has the step.
+        assert np.allclose(once, both.expected.T, rtol=1e-9) == (time == STEP)
 
 
 @pytest.mark.parametrize("limits", [(0.6, 0.4), (3.0, 0.0)])

@@ -1,4 +1,4 @@
-"""The line of the ideal belt against elementary geometry, and what it refuses."""
+"""The line of the ideal belt against elementary geometry; refusals are in `tests/messages`."""
 
 from math import asin, atan2, hypot, pi, sqrt, tau
 

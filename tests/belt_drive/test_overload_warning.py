@@ -4,8 +4,6 @@ from math import asin, exp, pi
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import frictionsim as fs
 
@@ -24,15 +22,12 @@ def limit_of(tension: float, radius: float, other: float, mu: float) -> float:
     return 2.0 * radius * tension * (ratio - 1.0) / (ratio + 1.0)
 
 
-@given(
-    tension=st.floats(50.0, 1000.0),
-    radii=st.tuples(st.floats(0.02, 0.06), st.floats(0.02, 0.06)),
-    mu=st.floats(0.05, 1.0),
-    share=st.floats(0.2, 5.0).filter(lambda share: abs(share - 1.0) > 1e-9),
-    sign=st.sampled_from([-1.0, 1.0]),
+@pytest.mark.parametrize("share", [-1.0 - 1e-9, -1.0 + 1e-9, 0.2, 5.0])
+@pytest.mark.parametrize(
+    ("tension", "radii", "mu"), [(50.0, (0.02, 0.06), 1.0), (1000.0, (0.05, 0.03), 0.05)]
 )
 def test_a_torque_is_told_from_the_capstan_limit_on(
-    tension: float, radii: tuple[float, float], mu: float, share: float, sign: float
+    tension: float, radii: tuple[float, float], mu: float, share: float
 ) -> None:
     scenario = {
         "mechanism.belt.pretension": tension,
@@ -40,9 +35,9 @@ def test_a_torque_is_told_from_the_capstan_limit_on(
         "mechanism.pulleys.driven.radius": radii[1],
         "effects.belt_friction.mu_k": 0.05,
         "effects.belt_friction.mu_s": mu,
-        TORQUE: sign * share * limit_of(tension, *radii, mu),
+        TORQUE: share * limit_of(tension, *radii, mu),
     }
-    assert len(overloads(scenario)) == (share > 1.0)
+    assert len(overloads(scenario)) == (abs(share) > 1.0)
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,19 @@
 """The backends of belts against the reference program, against each other, and their orders."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from tests.support.belt_kernels import assemble, stepper_of
 from tests.support.belt_reference import integrate, pack
 from tests.support.belt_scenarios import (
+    NO_FRICTION,
     NO_MOTION_ACROSS,
     SHORT,
     SMOOTH,
     STARTS,
     distance,
-    every_effect,
     halved,
     kick,
     kinematics,
@@ -21,9 +23,10 @@ from tests.support.belt_scenarios import (
     scenario_of,
     shipped,
     stepped,
+    trio,
 )
 from tests.support.cases import one_in, slow
-from tests.support.scenarios import sound
+from tests.support.scenarios import Scenario, changed, sound
 
 
 @pytest.mark.slow
@@ -102,8 +105,8 @@ def test_a_tighter_tolerance_is_a_smaller_error(bodies: int) -> None:
 
 
 RESUMED = {
-    "rkf45": every_effect(),
-    "moreau": every_effect(solver__backend="moreau"),
+    "rkf45": trio(),
+    "moreau": trio(solver__backend="moreau"),
     "moreau, stiff dampers": pair(
         solver__backend="moreau", effects__axial_damping__coefficient=2000.0
     ),
@@ -131,3 +134,28 @@ def test_a_copy_of_its_arrays_goes_on_to_the_same_bits(name: str) -> None:
     rest.advance(1.0, 1.0, 27)
     for key, array in rest.arrays().items():
         assert np.array_equal(array, whole.arrays()[key]), key
+
+
+UNLIKE = {"driven": {"c1": 3e7, "c2": 8e5, "damping": 100.0, "p_max": 2e-4}}
+
+
+def test_both_methods_agree_on_unlike_contacts() -> None:
+    """Fixed steps solve for the dampers of the contacts, adaptive ones evaluate them."""
+    data = pair(
+        effects__contact__pulleys=UNLIKE,
+        effects__belt_friction=NO_FRICTION,
+        solver__duration=2e-3,
+    )
+
+    def end(backend: str, of: Scenario, **settings: Any) -> Any:
+        own = {**of["solver"], "backend": backend, **settings}
+        return stepped(changed(of, solver=own), kick(2e-2))
+
+    exact = end("rkf45", data, rtol=1e-9)
+    assert distance(end("moreau", data, step=1e-6), exact) < 1e-5
+    # What would be missed if a number of either pulley stood for both.
+    for key, value in UNLIKE["driven"].items():
+        own = {"driven": {**UNLIKE["driven"], key: data["effects"]["contact"][key]}}
+        assert value != own["driven"][key]
+        other = end("moreau", changed(data, effects__contact__pulleys=own), step=1e-6)
+        assert distance(other, exact) > 5e-3, key

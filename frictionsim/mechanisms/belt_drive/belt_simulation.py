@@ -9,21 +9,15 @@ from frictionsim.errors import BudgetExceeded
 from frictionsim.mechanisms.belt_drive.belt import BLOCK, Array, Belt, belt_of, initial_state
 from frictionsim.mechanisms.belt_drive.compilation import seconds_of_compilation
 from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
-from frictionsim.mechanisms.belt_drive.limits import (
-    deepest_contact_stiffness,
-    error_scales,
-    max_frequency,
-    wave_eigenvalues,
-)
 from frictionsim.mechanisms.belt_drive.sampling import Observer
 from frictionsim.mechanisms.belt_drive.schema import channels_of
 from frictionsim.results import SimulationResult
+from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 from frictionsim.simulation.checkpoint import Arrays, require_array, unfit
 from frictionsim.solvers.recording import SampleTimes
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.belt_drive.moreau import StepPlan
-    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario, BeltSolverSettings
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
     from frictionsim.results import Channel
     from frictionsim.simulation.monitor import RunMonitor
 
@@ -43,7 +37,6 @@ class BeltDrive:
         self._belt = belt_of(scenario, rest.body_length)
         self._start = initial_state(self._belt, rest.x, rest.y, rest.angle)
         self._stepper = stepper_of(scenario, self._belt, rest, self._start)
-        self._warnings = _warnings_of_step(scenario, self._belt, rest)
         self._observer = Observer(scenario, self._belt, rest, self._stepper.force_per_impulse)
         self._times = SampleTimes(scenario.solver.duration, scenario.interval)
         self._discontinuities = _discontinuities(scenario)
@@ -148,61 +141,24 @@ class BeltDrive:
     def observe(self) -> SimulationResult:
         """Return the samples so far, with the quantities and checks that follow from them."""
         result = self._observer.observe()
-        warnings = (*result.warnings, *self._warnings, *self._stepper.warnings)
+        warnings = (*result.warnings, *self._stepper.warnings)
         return result._replace(warnings=warnings)
 
 
 def stepper_of(scenario: "BeltDriveScenario", belt: Belt, rest: Rest, start: Array) -> Any:
     """Return the belt between two steps of the scenario's method; numba is imported here."""
-    settings = scenario.solver
-    if settings.backend == "moreau":
+    if scenario.solver.backend == "moreau":
         from frictionsim.mechanisms.belt_drive.moreau import MoreauStepper
 
-        frequency, stiffness = max_frequency(belt, rest), deepest_contact_stiffness(belt, rest)
-        return MoreauStepper(belt, start, rest, settings, frequency, stiffness)
+        return MoreauStepper(belt, start, rest, scenario.solver)
     from frictionsim.mechanisms.belt_drive.rkf45 import RKF45Stepper
 
-    scales, eigenvalues = error_scales(belt, rest), wave_eigenvalues(belt, rest)
-    return RKF45Stepper(belt, start, settings, scales, eigenvalues)
-
-
-def fixed_steps(settings: "BeltSolverSettings", belt: Belt, rest: Rest) -> "StepPlan":
-    """Return how `moreau` steps a belt."""
-    from frictionsim.mechanisms.belt_drive.moreau import step_plan
-
-    return step_plan(
-        belt, settings, max_frequency(belt, rest), deepest_contact_stiffness(belt, rest)
-    )
-
-
-def _warnings_of_step(scenario: "BeltDriveScenario", belt: Belt, rest: Rest) -> list[str]:
-    """Warn of a given step that is too long for dampers which pull harder than the belt."""
-    settings = scenario.solver
-    if settings.backend != "moreau" or settings.step is None or belt.line is not None:
-        return []
-    from frictionsim.mechanisms.belt_drive.moreau import VERY_STIFF, VERY_STIFF_STEP_RATIO
-
-    longest = fixed_steps(settings, belt, rest).max_step
-    stiff = 4.0 * (belt.damping or 0.0) * settings.step / belt.mass
-    if stiff <= VERY_STIFF or settings.step <= VERY_STIFF_STEP_RATIO * longest:
-        return []
-    return [
-        f"solver.step = {settings.step:.3g} s is {settings.step / longest:.2g} of the longest"
-        f" stable one, and the dampers along the belt are very stiff, 4 b h/m = {stiff:.3g}: in a"
-        " violent overload the energy may be off by tens of per cent; give at most"
-        f" {VERY_STIFF_STEP_RATIO * longest:.2g} s, or leave solver.step out"
-    ]
+    return RKF45Stepper(belt, start, rest, scenario.solver)
 
 
 def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:
     """Return the times at which a drive or its derivative jumps, s: a step ends there."""
-    from frictionsim.scenario.signal_tables import SpeedTable, signal_from
-
-    times = set()
-    for term in (term for drive in scenario.drive.values() for term in drive.terms):
-        if isinstance(term, SpeedTable):
-            continue
-        signal, t = signal_from(term), 0.0
-        while (t := signal.next_discontinuity(t)) < scenario.solver.duration:
-            times.add(t)
-    return sorted(times)
+    terms = (term for drive in scenario.drive.values() for term in drive.terms)
+    signals = (signal_from(term) for term in terms if not isinstance(term, SpeedTable))
+    times = {t for signal in signals for t in signal.corners()}
+    return sorted(t for t in times if t < scenario.solver.duration)

@@ -48,6 +48,7 @@ from frictionsim.errors import InputError, NonFinite
 from frictionsim.mechanisms.belt_drive import belt as row
 from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Indices, Line, aligned
 from frictionsim.mechanisms.belt_drive.compilation import kernel, loop, part
+from frictionsim.mechanisms.belt_drive.equilibrium import Rest
 from frictionsim.mechanisms.belt_drive.kernels import (
     ONE,
     TINY,
@@ -70,6 +71,7 @@ from frictionsim.mechanisms.belt_drive.kernels import (
     search,
     update_modes,
 )
+from frictionsim.mechanisms.belt_drive.limits import deepest_contact_stiffness, max_frequency
 
 if TYPE_CHECKING:
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
@@ -991,13 +993,9 @@ def stable_step(frequency: float, decay: float) -> float:
     return min(MAX_OMEGA_H / (frequency + LOST_TO_DAMPING * decay), MAX_DECAY / (decay + TINY))
 
 
-def step_plan(
-    belt: Belt, settings: "BeltSolverSettings", frequency: float, contact_stiffness: float
-) -> StepPlan:
-    """Return the step of a belt whose waves have angular frequencies up to `frequency`, rad/s.
-
-    `contact_stiffness` is that of the deepest contacts, N/m.
-    """
+def step_plan(belt: Belt, settings: "BeltSolverSettings", rest: Rest) -> StepPlan:
+    """Return how a belt that is at rest so is stepped."""
+    frequency = max_frequency(belt, rest)
     longest, axial, bending = settings.max_step or np.inf, belt.damping, belt.bend_damping
     along = 4.0 * (axial or 0.0) / belt.mass
     if belt.line is not None:
@@ -1017,7 +1015,7 @@ def step_plan(
     very_stiff = DEFAULT_STEP_RATIO * max_step * along > VERY_STIFF
     h = settings.step or min(
         (VERY_STIFF_STEP_RATIO if very_stiff else DEFAULT_STEP_RATIO) * max_step,
-        MAX_CONTACT_PHASE / float(np.sqrt(contact_stiffness / belt.mass)),
+        MAX_CONTACT_PHASE / float(np.sqrt(deepest_contact_stiffness(belt, rest) / belt.mass)),
         longest,
     )
     # Dampers of a body that is steep to both of its joints turn it with 6 b/m a unit of obliquity.
@@ -1025,7 +1023,8 @@ def step_plan(
     obliquity = spare / (1.5 * along + TINY)
     if h * along <= STIFF and obliquity >= LEAST_OBLIQUITY:
         axial = None
-    oblique = obliquity if axial is None and obliquity < ALL_OBLIQUITIES else None
+    extrapolated = axial is None and belt.damping is not None
+    oblique = min(obliquity, ALL_OBLIQUITIES) if extrapolated else None
     return StepPlan(h, max_step, axial, bending * belt.inertia if bending else None, oblique)
 
 
@@ -1041,20 +1040,16 @@ class MoreauStepper:
         The belt at rest.
     settings : BeltSolverSettings
         `step` is the length of a step, s; left out, it is near the longest stable one.
-    frequency, contact_stiffness : float, rad/s and N/m
-        The highest of waves, and that of the deepest contacts.
     """
 
     def __init__(
         self,
         belt: Belt,
         state: Array,
-        rest: Any,
+        rest: Rest,
         settings: "BeltSolverSettings",
-        frequency: float,
-        contact_stiffness: float,
     ) -> None:
-        self._plan = plan = step_plan(belt, settings, frequency, contact_stiffness)
+        self._plan = plan = step_plan(belt, settings, rest)
         if plan.h >= plan.max_step:
             raise InputError(
                 f"solver.step: {plan.h:.4g} s is too large for the waves in the belt: 'moreau' is"
@@ -1096,14 +1091,24 @@ class MoreauStepper:
 
     @property
     def warnings(self) -> list[str]:
-        """What steps did not solve for to the end."""
+        """A step that is too long for dampers which pull harder than the belt; unsettled steps."""
+        warnings, (h, longest, *_), belt = [], self._plan, self._belt
+        stiff = 4.0 * (belt.damping or 0.0) * h / belt.mass
+        if belt.line is None and stiff > VERY_STIFF and h > VERY_STIFF_STEP_RATIO * longest:
+            warnings.append(
+                f"solver.step = {h:.3g} s is {h / longest:.2g} of the longest stable one, and the"
+                f" dampers along the belt are very stiff, 4 b h/m = {stiff:.3g}: in a violent"
+                " overload the energy may be off by tens of per cent; give at most"
+                f" {VERY_STIFF_STEP_RATIO * longest:.2g} s, or leave solver.step out"
+            )
         unsettled = int(self._state.counts[UNSETTLED])
-        if not unsettled:
-            return []
-        return [
-            f"in {unsettled} of {self._state.counts[STEPS]} steps friction and the stiff dampers"
-            f" along the belt did not settle; compare with solver.step = {0.5 * self._plan.h:.2g}"
-        ]
+        if unsettled:
+            warnings.append(
+                f"in {unsettled} of {self._state.counts[STEPS]} steps friction and the stiff"
+                " dampers along the belt did not settle; compare with solver.step ="
+                f" {0.5 * h:.2g}"
+            )
+        return warnings
 
     def start(self) -> None:
         """Search for bodies near pulleys, and write the forces at rest."""

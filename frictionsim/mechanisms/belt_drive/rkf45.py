@@ -15,17 +15,14 @@ import numpy as np
 from frictionsim.errors import NonFinite, StepUnderflow
 from frictionsim.mechanisms.belt_drive.belt import Array, Belt, Indices, Line, aligned
 from frictionsim.mechanisms.belt_drive.compilation import kernel, loop, part
+from frictionsim.mechanisms.belt_drive.equilibrium import Rest
 from frictionsim.mechanisms.belt_drive.kernels import copy, rhs, search, update_modes
+from frictionsim.mechanisms.belt_drive.limits import ComplexArray, error_scales, wave_eigenvalues
 from frictionsim.solvers import rkf45 as rkf
 from frictionsim.solvers.rkf45 import MIN_ERROR_NORM
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
     from frictionsim.mechanisms.belt_drive.schema import BeltSolverSettings
-
-    ComplexArray = npt.NDArray[np.complex128]
-
 
 SEARCH_INTERVAL = 8  # steps from one search for bodies near a pulley to the next
 
@@ -226,7 +223,7 @@ def advance(
             counts[NFEV] += 1
 
 
-def max_stable_step(eigenvalues: "ComplexArray") -> float:
+def max_stable_step(eigenvalues: ComplexArray) -> float:
     """Return the longest step h, s, up to which |R(h lambda)| <= 1 for all lambda, 1/s."""
     fastest = float(np.max(np.abs(eigenvalues)))
     upper = eigenvalues[eigenvalues.imag >= 0.0] / fastest  # one of each conjugate pair
@@ -244,11 +241,9 @@ class RKF45Stepper:
     belt : Belt
     state : (size,)
         At the start.
+    rest : Rest
+        The belt at rest.
     settings : BeltSolverSettings
-    scales : (size,)
-        Of the error of each state; infinite for energies.
-    eigenvalues : (m,), 1/s
-        Of the waves in the belt and of its friction.
     """
 
     force_per_impulse = 1.0  # contacts hold forces, N
@@ -259,16 +254,15 @@ class RKF45Stepper:
         self,
         belt: Belt,
         state: Array,
+        rest: Rest,
         settings: "BeltSolverSettings",
-        scales: Array,
-        eigenvalues: "ComplexArray",
     ) -> None:
         self._belt, self._distinct = belt, belt.distinct
-        stable = STABILITY_MARGIN * max_stable_step(eigenvalues)
+        stable = STABILITY_MARGIN * max_stable_step(wave_eigenvalues(belt, rest))
         self._max_step = min(stable, settings.max_step or np.inf)
         vectors = aligned(12, belt.size)
         inv_scale = vectors[11]
-        inv_scale[:] = 1.0 / (settings.rtol * scales)
+        inv_scale[:] = 1.0 / (settings.rtol * error_scales(belt, rest))
         clock = np.array([0.0, 0.0, FIRST_STEP_RATIO * self._max_step, 1.0])
         self._state = RKF45State._make([*vectors, clock, np.zeros(4, dtype=np.int64)])
         self._state.y[:] = self._state.y_old[:] = state

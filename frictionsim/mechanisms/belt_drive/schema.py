@@ -554,7 +554,12 @@ def _missing_points(
     no span is shorter than their distance. The arcs of pulleys in `driven`, which carry a load,
     have a point at least.
     """
-    length, what = min(_pieces(path, names, driven))
+    lengths, pieces = np.diff(path.breakpoints), []
+    for j, (name, after) in enumerate(zip(names, (*names[1:], names[0]), strict=True)):
+        pieces.append((float(lengths[2 * j]), f"the span from '{name}' to '{after}'"))
+        if after in driven:
+            pieces.append((float(lengths[2 * j + 1]), f"the arc on '{after}'"))
+    length, what = min(pieces)
     if length <= path.length * ROUNDING:
         return (
             f"no number of bodies is enough for {what}, which is too short ({length:.3g} m)"
@@ -569,14 +574,3 @@ def _missing_points(
         f" {length:.3g} m: a belt without effects.contact needs at least {needed} here, and about"
         f" {ENOUGH * needed} for quantities that depend little on their number"
     )
-
-
-def _pieces(path: Path, names: Sequence[str], driven: Collection[str]) -> list[tuple[float, str]]:
-    """Return the lengths of spans, m, and of arcs that carry a load, with what they are."""
-    lengths, pieces = np.diff(path.breakpoints), []
-    for j, name in enumerate(names):
-        after = names[(j + 1) % len(names)]
-        pieces.append((float(lengths[2 * j]), f"the span from '{name}' to '{after}'"))
-        if after in driven:
-            pieces.append((float(lengths[2 * j + 1]), f"the arc on '{after}'"))
-    return pieces

@@ -102,11 +102,11 @@ def _fixed(length: float) -> Setting:
 def _default_step(scenario: "BeltDriveScenario") -> float:
     """Return the step that `moreau` takes by itself: just short of unstable, s."""
     from frictionsim.mechanisms.belt_drive.belt import belt_of
-    from frictionsim.mechanisms.belt_drive.belt_simulation import fixed_steps
     from frictionsim.mechanisms.belt_drive.equilibrium import at_rest
+    from frictionsim.mechanisms.belt_drive.moreau import step_plan
 
     settings, rest = scenario.solver.model_copy(update={"step": None}), at_rest(scenario)
-    return fixed_steps(settings, belt_of(scenario, rest.body_length), rest).h
+    return step_plan(belt_of(scenario, rest.body_length), settings, rest).h
 
 
 # --- meshes ---------------------------------------------------------------------------------------
