@@ -139,10 +139,11 @@ def test_two_poles_that_rounding_joins_leave_no_bound(longer: float) -> None:
         "statics": {"unknown": "forces.load.size"},
     }
     statics = fs.static(fs.load(data))
-    for side, pole in (("smallest", 0.0), ("largest", 180.0)):
+    # The turn ends within the tie at 180 deg.
+    for side, pole, off in (("smallest", 0.0, 1e-7), ("largest", 180.0, 1e-4)):
         assert statics[f"load_counter_clockwise_{side}"].value is None
         angle = statics[f"load_counter_clockwise_{side}_angle"].value
-        assert abs(angle or 0.0) == pytest.approx(radians(pole), abs=radians(1e-3))
+        assert abs(angle or 0.0) == pytest.approx(radians(pole), abs=radians(off))
     # A peak of 3e8 N that is as narrow as 0.03 deg has a bound: 2 N m over 0.06 m 1e-7.
     data["forces"][0]["point"] = [0.06 * (1.0 - 1e-7), 0.0]
     statics = fs.static(fs.load(data))
