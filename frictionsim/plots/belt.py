@@ -110,9 +110,10 @@ def slip_of(record: "Record") -> Slip | None:
         return None
     pulleys = pulleys_of(record)
     part = averaged_part(record)
-    ends = ends_of(time, np.asarray(record.channels["pulley_torque"]), speed, part)
-    rims = speed * senses_of(path) * [pulley.radius for pulley in pulleys]
-    percent = slip_percent(rims, ends, _speed_at_rest(record))
+    radii, at_rest = np.array([pulley.radius for pulley in pulleys]), _speed_at_rest(record)
+    torque = np.asarray(record.channels["pulley_torque"])
+    ends = ends_of(time, torque, speed, part, at_rest / radii)
+    percent = slip_percent(speed * senses_of(path) * radii, ends, at_rest)
     drive = np.abs(speed[:, ends.drive])
     percent = np.where(drive >= FAST * drive.max(), percent, np.nan)
     return Slip(pulleys[ends.drive].name, pulleys[ends.driven].name, percent)

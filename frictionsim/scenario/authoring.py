@@ -26,7 +26,7 @@ from frictionsim.scenario.model_fields import (
 )
 from frictionsim.scenario.origin import shipped_scenarios
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.signal_tables import FORMS, FORMS_OF_MOTION, AngleTable, SpeedTable
+from frictionsim.scenario.signal_tables import AngleTable, SpeedTable, forms_of
 from frictionsim.scenario.toml_data import toml_value
 
 WIDTH = 100  # characters of a line, where words can be wrapped
@@ -92,8 +92,7 @@ def _heading(kind: str, model: type[Scenario]) -> Iterator[str]:
         " [effects.NAME] that is left out is an effect that is not simulated; one that is commented"
         " out is an example."
     )
-    of_motion = f", {FORMS_OF_MOTION}" if AngleTable in _models_below(model) else ""
-    yield from _prose(f"A signal is a number, or {FORMS}{of_motion}.")
+    yield from _prose(f"A signal is a number, or {forms_of([*_models_below(model)])}.")
     if any(issubclass(each, KineticCurve) for each in _models_below(model)):
         yield from _prose(f"A curve is kinetic friction over the speed, {FORMS_OF_FRICTION}.")
     yield "#"

@@ -25,6 +25,7 @@ MAX_HEAD = 1000  # lines in which a header is searched for
 GAPS = ("", "nan")  # cells of data that were not measured
 DELIMITERS = (";", "\t", ",")
 NUMBER = r'[ \t]*"?[-+]?[.,]?\d'  # what a line of numbers begins with
+SEPARATED = re.compile(r"\d[.,' _]\d")  # of decimals or thousands
 HEADER_IN_COMMENT = re.compile(rf"\A((?:\s*#.*\n)*?\s*)#+ *(.*\n{NUMBER})")
 COMMENT = re.compile(rf"^([ \t]*|{NUMBER}[^#\n]*)#.*", re.MULTILINE)
 BETWEEN_BLANKS = re.compile(r'"[^"]*"|[^\s("\[]*[ \t]*[(\[][^)\]]*[)\]]\S*|\S+')  # `F [N]` is one
@@ -135,9 +136,10 @@ def read_columns(
                 values.append(nan)
             else:
                 name = f" ('{column}')" * isinstance(column, str)
+                mark = f"; the decimal mark is '{decimal}'; separators of thousands are not read"
                 raise InputError(
                     f"{row.where}: expected a finite number in column {place + 1}{name}, got"
-                    f" '{cell[:MAX_TEXT]}'"
+                    f" '{cell[:MAX_TEXT]}'{mark * bool(SEPARATED.search(cell))}"
                 )
     return columns, [row.line for row in body]
 

@@ -255,6 +255,9 @@ class Scenario(Params):
         fixed = method.fixed_steps or self.solver.step is not None
         ways = ["resume the run"] if method.resumable else []
         ways += ["raise the limit", "take longer steps" if fixed else "loosen the tolerances"]
+        if not (fixed or method.implicit):
+            unless = "a short time constant, such as inertia over damping, limits the steps"
+            ways[-1] += f" (unless {unless})"
         if law in (methods.REGULARISED, methods.CREEP):
             ways.append("increase the transition_speed of the smoothed law")
         if stiff and not method.implicit:

@@ -3,6 +3,7 @@
 A signal is a number, points, a sine, a smooth step, or points from a CSV file.
 """
 
+from collections.abc import Collection
 from itertools import pairwise
 from math import fmod, inf, pi, radians
 from pathlib import Path
@@ -254,8 +255,14 @@ SIGNAL_TAGS: dict[str, type[Params]] = {
     "<time>": PiecewiseLinearTable,
 }
 _KEYS = [tag.strip("<>") for tag in SIGNAL_TAGS]
-FORMS = '{time = [...], value = [...]}, {sine = {...}}, {smooth_step = {...}} or {csv = "file.csv"}'
-FORMS_OF_MOTION = "{speed = [...], value = [...]} or {angle_deg = [...], value = [...]}"
+
+
+def forms_of(models: Collection[Any]) -> str:
+    """Return the tables that a signal may be, of which some are among the models of its key."""
+    of_motion: dict[str, Any] = {"speed": SpeedTable, "angle_deg": AngleTable}
+    points = ["time", *[key for key, model in of_motion.items() if model in models]]
+    forms = [f"{{{key} = [...], value = [...]}}" for key in points]
+    return ", ".join([*forms, "{sine = {...}}", "{smooth_step = {...}}"]) + ' or {csv = "file.csv"}'
 
 
 def _form(given: Any) -> str | None:
@@ -269,8 +276,6 @@ def _form(given: Any) -> str | None:
     found = [key for key in _KEYS if key in given]
     if not found:  # it is misspelt
         found = [near for key in given if (near := closest(str(key), _KEYS))]
-    if "value" in given:
-        found.append("time")
     return f"<{found[0]}>" if found else None
 
 

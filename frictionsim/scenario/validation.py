@@ -10,7 +10,18 @@ from frictionsim.scenario.arguments import shortened, toml_text
 from frictionsim.scenario.kinetic_friction import FORMS_OF_FRICTION, KINETIC_TAGS, NO_FRICTION
 from frictionsim.scenario.kinetic_friction import NUMBER as KINETIC_NUMBER
 from frictionsim.scenario.model_fields import key_names, keys_that_end_with, models_in, unit_of
-from frictionsim.scenario.signal_tables import FORMS, NO_SIGNAL, NUMBER, ONE, SIGNAL_TAGS, SUM
+from frictionsim.scenario.signal_tables import (
+    NO_SIGNAL,
+    NUMBER,
+    ONE,
+    SIGNAL_TAGS,
+    SUM,
+    AngleTable,
+    CsvSpeedTable,
+    CsvTable,
+    SpeedTable,
+    forms_of,
+)
 from frictionsim.scenario.toml_data import KeyPath
 
 TableModel = TypeVar("TableModel", bound=BaseModel)
@@ -29,13 +40,6 @@ WORDS = {
     "column": "should be the name of a column in quotes, or its number from 1",
     NO_SIGNAL: "should be a number",
     NO_FRICTION: "should be a number",
-}
-# The forms besides a number, by the sort of a fault, or the tag of a number that is none.
-ALL_FORMS = {
-    NO_SIGNAL: FORMS,
-    NUMBER: FORMS,
-    NO_FRICTION: FORMS_OF_FRICTION,
-    KINETIC_NUMBER: FORMS_OF_FRICTION,
 }
 ALL_TAGS = SIGNAL_TAGS | KINETIC_TAGS
 # Pydantic says itself how many items or characters there are.
@@ -104,7 +108,7 @@ def _is_within(location: KeyPath, others: list[KeyPath]) -> bool:
 
 def _fault(error: Any, model: type[BaseModel], meant: str) -> tuple[KeyPath, str]:
     """Return key and message of one of `ValidationError.errors()`."""
-    path, table, unit = _place(model, error["loc"])
+    path, table, unit, forms = _place(model, error["loc"])
     kind, context = error["type"], error.get("ctx", {})
     if kind == "inconsistent":
         return (*path, *context["where"]), context["message"]
@@ -120,9 +124,15 @@ def _fault(error: Any, model: type[BaseModel], meant: str) -> tuple[KeyPath, str
         words += f" in {unit}"
     elif unit and kind.startswith(("greater", "less")):
         words += f" {unit}"
-    if forms := ALL_FORMS.get(error["loc"][-1] if kind == "float_type" else kind):
-        words += f", or {forms}"
-    return path, words if kind in WITH_COUNT else f"{words}, got {toml_text(error['input'])}"
+    place = error["loc"][-1] if kind == "float_type" else kind
+    if place in (NO_SIGNAL, NUMBER):
+        words += f", or {forms_of(forms)}"
+    elif place in (NO_FRICTION, KINETIC_NUMBER):
+        words += f", or {FORMS_OF_FRICTION}"
+    words += "" if kind in WITH_COUNT else f", got {toml_text(error['input'])}"
+    if kind == NO_SIGNAL and AngleTable not in forms and "angle_deg" in error["input"]:
+        words += "; only forces and couples of a shaft depend on an angle"
+    return path, words
 
 
 def _unknown_key(path: KeyPath, known: list[str], table: type[BaseModel] | None) -> str:
@@ -139,25 +149,30 @@ def _unknown_key(path: KeyPath, known: list[str], table: type[BaseModel] | None)
 
 def _place(
     model: type[BaseModel], location: KeyPath
-) -> tuple[KeyPath, type[BaseModel] | None, str]:
-    """Return the keys of a location as in TOML, the model around the last one, and its unit.
+) -> tuple[KeyPath, type[BaseModel] | None, str, list[type[BaseModel]]]:
+    """Return the keys of a location as in TOML, the model around the last one, its unit and forms.
 
-    Pydantic's location has the tag of a signal's form in it, which is no key.
+    Pydantic's location has the tag of a signal's form in it, which is no key. The forms are the
+    models that the last key around it takes.
     """
     path: KeyPath = ()
     here: type[BaseModel] | None = model
+    forms: list[type[BaseModel]] = []
     table, unit = here, ""
     for part in location:
         if part in (NUMBER, SUM, ONE, KINETIC_NUMBER):
             continue
         if part in ALL_TAGS:
             here = ALL_TAGS[str(part)]
+            if here is CsvTable and SpeedTable in forms:
+                here = CsvSpeedTable
             continue
         path = (*path, part)
         fields = {f.alias or name: f for name, f in here.model_fields.items()} if here else {}
         if part in fields:
             table, unit = here, unit_of(fields[str(part)]) or unit
-            here = next(models_in(fields[str(part)].annotation), None)
+            forms = [*models_in(fields[str(part)].annotation)]
+            here = forms[0] if forms else None
         elif isinstance(part, str) and here is not None and path[-1] == location[-1]:
             table, unit = here, ""  # a key that is not known
-    return path, table, "" if unit == "1" else unit
+    return path, table, "" if unit == "1" else unit, forms

@@ -165,7 +165,7 @@ class Step(NamedTuple):
         BudgetExceeded, NonFinite, StepUnderflow
         """
         t, y, k, planned, rejected = self.t, self.y, self.k, self.length, self.rejected
-        check_budget(self, tol, STIFF)
+        check_budget(self, tol)
         left, shortest, evaluations = limit - t, tol.jump_ulps * ulp(t), self.evaluations
         while True:
             if tol.fixed_step > 0.0:
@@ -222,8 +222,6 @@ class Step(NamedTuple):
         return shorter.advanced(system, modes, limit, tol._replace(max_steps=UNLIMITED))
 
 
-# Of an explicit method.
-STIFF = " (unless a short time constant, such as inertia over damping, limits the steps)"
 START = Step(0.0, [], [], 0.0, [], [], 0.0, 1.0, 0, 0, 0)
 
 
@@ -251,12 +249,12 @@ def in_range(turn: Callable[[Any], Any], state: Any, tol: Tolerances) -> Any:
         raise non_finite_error(state.t, tol.subject) from error
 
 
-def check_budget(step: Any, tol: Tolerances, unless: str = "") -> None:
-    """Raise BudgetExceeded if the limit of steps is reached; `unless` restricts the advice."""
+def check_budget(step: Any, tol: Tolerances) -> None:
+    """Raise BudgetExceeded if the limit of steps is reached."""
     if step.taken + step.rejected - tol.granted >= tol.max_steps:
         raise BudgetExceeded(
             f"limit of {tol.max_steps} steps reached at t = {step.t:.9g} s of {tol.subject};"
-            f" {tol.budget_advice}{unless}"
+            f" {tol.budget_advice}"
         )
 
 

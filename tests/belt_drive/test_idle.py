@@ -139,3 +139,25 @@ def test_the_drive_of_an_idle_belt_is_what_drives_it(kind: str, pulleys: Any) ->
     assert run.quantities["drive_speed"].value == pytest.approx(mean, rel=1e-9)  # rounding
     if kind != "motor":
         assert abs(run.quantities["drive_speed"].value) == pytest.approx(20.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(("torque", "duration"), [(5.0, 0.4), (12.0, 0.25)])
+def test_a_pulley_that_is_held_neither_drives_nor_delivers(torque: float, duration: float) -> None:
+    """Its friction holds 17.3 N m: the belt vibrates, with springs that give and take work."""
+    held = {"name": "b", "center": [0.4, 0.0], "radius": 0.05, "inertia": 2e-3}
+    rising = {"smooth_step": {"from": 0.0, "to": torque, "start": 0.0, "stop": 0.1}}
+    drive = {"a": {"torque": rising}, "b": {"speed": 0.0}}
+    pulleys = [{**held, "name": "a", "center": [0.0, 0.0]}, held]
+    friction = {"mu_s": 0.4, "mu_k": 0.4}
+    data = belt(pulleys, drive, friction, backend="moreau", duration=duration)
+    data["mechanism"]["belt"] |= {"bodies": 40, "axial_rigidity": 2e4}
+    data["effects"]["axial_damping"] = {"coefficient": 1.0, "basis": "section"}
+    run = fs.solve(data)
+    assert run.warnings == ()
+    values = {name: quantity.value for name, quantity in run.quantities.items()}
+    assert values["efficiency"] is None
+    assert values["slip_percent"] is None
+    assert values["driven_speed"] == 0.0
+    assert 0.0 < abs(values["drive_speed"]) < 0.1  # it vibrates
+    pulled = values["tension_tight"] - values["tension_slack"]
+    assert pulled == pytest.approx(torque / 0.05, rel=1e-3)  # but for that

@@ -140,10 +140,11 @@ def test_two_poles_that_rounding_joins_leave_no_bound(longer: float) -> None:
         return body("forces.load.size", forces=[load], couples=couples, effects=effects)
 
     of = values(0.06 * (1.0 + longer))
-    for side, pole in (("smallest", 0.0), ("largest", 180.0)):
+    # The turn ends within the tie at 180 deg.
+    for side, pole, off in (("smallest", 0.0, 1e-7), ("largest", 180.0, 1e-4)):
         assert of[f"load_counter_clockwise_{side}"] is None
         angle = of[f"load_counter_clockwise_{side}_angle"]
-        assert abs(angle) == pytest.approx(radians(pole), abs=radians(1e-3))
+        assert abs(angle) == pytest.approx(radians(pole), abs=radians(off))
     # A peak of 3e8 N that is as narrow as 0.03 deg has a bound: 2 N m over 0.06 m 1e-7.
     highest = values(0.06 * (1.0 - 1e-7))["load_counter_clockwise_largest"]
     assert highest == pytest.approx(2.0 / (0.06 * 1e-7), rel=1e-6)

@@ -162,9 +162,10 @@ def quantities_of(run: "BeltSamples") -> Quantities:
     spans, touching, sticking = mean("_span_tension"), mean("_touching"), mean("_sticking")
     # A ripple of 0.1 % of two speeds would be 1 % of their difference, the slip.
     speed = averaging.mean_speed(time, seen["_speed"])
-    ends = ends_of(time, seen["_torque"], seen["_speed"], last)
+    at_rest = min_rim_speed(run)
+    ends = ends_of(time, seen["_torque"], seen["_speed"], last, at_rest / run.radii)
     rims = speed * run.radii * senses_of(run.scenario.mechanism.path())
-    slip = float(slip_percent(rims, ends, min_rim_speed(run)))
+    slip = float(slip_percent(rims, ends, at_rest))
     values = {
         "pretension": (seen["_mean_tension"][0], "N"),
         "tension_tight": (np.max(spans), "N"),
@@ -211,7 +212,7 @@ def _efficiency(run: "BeltSamples", last: Any) -> float | None:
     """Return the work taken out, over the sum of it and the losses.
 
     That is the work put in less what the drive stores meanwhile, in motion and springs. None where
-    nothing is taken out or lost.
+    nothing is taken out or lost, and at rest, where no more is taken out than was stored.
     """
     time, seen = run.time[last], run.seen
     heats = (seen[name][last] for name in ("energy_friction", "energy_damping") if name in seen)
@@ -219,6 +220,11 @@ def _efficiency(run: "BeltSamples", last: Any) -> float | None:
     power = mean_power(time, seen["_torque"][last], seen["_speed"][last])
     delivered = float(np.sum((-power).clip(min=0.0)) * np.ptp(time))
     least = MIN_RELATIVE_WORK * float(abs(seen["energy_potential"][0]))
+    rims = np.abs(time_mean(time, seen["_speed"][last])) * run.radii
+    if float(np.max(rims)) <= min_rim_speed(run):
+        stored = (seen[f"energy_{of}"][last] for of in ("kinetic", "potential"))
+        if delivered <= sum(abs(float(energy[-1] - energy[0])) for energy in stored):
+            return None
     return delivered / (delivered + lost) if delivered + lost > least else None
 
 

@@ -74,11 +74,12 @@ def senses_of(path: "Path") -> "Array":
     return np.sign([arc.wrap_angle for arc in path.arcs])
 
 
-def ends_of(time: "Array", torque: "Array", speed: "Array", part: "Mask") -> Ends:
+def ends_of(time: "Array", torque: "Array", speed: "Array", part: "Mask", at_rest: "Array") -> Ends:
     """Return which pulley puts in the most work and which takes out the most.
 
-    A pulley without a torque in any sample is free and does not drive. What an idle drive does in a
-    part of the run is noise: then the work of the whole run counts, and at rest the order.
+    A pulley that is free or held, which does no work in any sample, does not drive. What an idle
+    drive, or one at rest, does in a part of the run is noise: then the work of the whole run
+    counts, and at rest the order.
 
     Parameters
     ----------
@@ -86,14 +87,17 @@ def ends_of(time: "Array", torque: "Array", speed: "Array", part: "Mask") -> End
     torque, speed : (n, pulleys), N m and rad/s
     part : (n,) of bool
         The samples that the means of the summary are over.
+    at_rest : (pulleys,), rad/s
+        Speeds below which a pulley is at rest.
     """
     work, whole = (
         mean_power(time[of], torque[of], speed[of]) * np.ptp(time[of])
         for of in (part, np.ones_like(part))
     )
-    if np.max(np.abs(work)) <= IDLE * np.max(np.abs(whole)):
+    rests = (np.abs(time_mean(time[part], speed[part])) <= at_rest).all()
+    if rests or np.max(np.abs(work)) <= IDLE * np.max(np.abs(whole)):
         work = whole
-    acts = np.any(torque != 0.0, axis=0)
+    acts = np.any(torque * speed != 0.0, axis=0)
     if not acts.any():
         return Ends(0, len(work) - 1)
     drive = int(np.argmax(np.where(acts, work, -np.inf)))

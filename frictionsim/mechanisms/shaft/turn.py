@@ -23,6 +23,8 @@ FAR, NEAR, GROWTH = 1e-5, 1e-7, 5.0
 # Two poles nearer to each other than 1e-4 deg, which rounding hides, end a run: its end is so many
 # times as high as one and two stencils beside it. A bounded root does not grow so fast at an end.
 STEEP = 100.0
+# Where an arm only touches the friction radius, A is a tie within 8.1e-5 deg of its pole.
+TOUCHING = 2e-4  # deg
 STENCIL, SMALL_STEP = 0.05, 1e-3  # deg, of the derivatives at an extremum, and of their correction
 DIGITS_OF_ANGLE = 7  # deg, 1e-9 rad
 
@@ -128,7 +130,11 @@ def _extreme(
     highest = max(height for height, _ in extrema)
     equal = (each for each in extrema if isclose(each[0], highest, rel_tol=ROUNDOFF))
     if highest == inf:
-        return Extreme(None, _rounded(min(equal)[1]))
+        poles = sorted(angle for _, angle in equal)
+        near = [angle for angle in poles if angle - poles[0] < TOUCHING]
+        between = 0.5 * (near[0] + near[-1])
+        is_one = balance.roots(radians(between)).leading == 0
+        return Extreme(None, _rounded(between if is_one else poles[0]))
     height, angle = min(equal, key=lambda each: abs(each[1] - middle))
     value = sign * height + 0.0
     return Extreme(value, _rounded(angle), not balance.vanishes(radians(angle)))
