@@ -184,7 +184,7 @@ def test_a_unit_in_round_brackets(column: str | int, tmp_path: Path) -> None:
 def test_a_comma_is_no_decimal_one_where_numbers_have_points(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text(rows("{t};{w}\n", "t;w\n") + "1.0;2,5\n")
-    with pytest.raises(InputError, match=r"got '2,5'; the decimal mark is '\.' here"):
+    with pytest.raises(InputError, match="got '2,5'"):
         force_of(path, {"angular_velocity": "w"})
     path.write_text(rows("{t};{w}\n", "t;w\n").replace(".", ","))
     assert force_of(path, {"angular_velocity": "w"}) == pytest.approx(300.0, rel=1e-6)
