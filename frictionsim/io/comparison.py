@@ -96,9 +96,9 @@ def compare_records(
         )
     wanted = _compared_names(_names(result) | _names(golden), ignore)
     notes = list(_differing_origins(result, golden))
-    common = _common_samples(result, golden)
+    *common, complete = _common_samples(result, golden)
     samples = f"{result.time.size} and {golden.time.size} samples"
-    if not common.complete and result.status == golden.status == "done":
+    if not complete and result.status == golden.status == "done":
         keys = "; ".join(n for n in notes if n.startswith(("solver.duration", "output.")))
         raise InputError(
             f"cannot compare {result_path} and {golden_path}: they are sampled at different times"
@@ -108,7 +108,7 @@ def compare_records(
     ends = [float(r.time[-1]) if r.time.size else 0.0 for r in (result, golden)]
     ended_together = isclose(*ends, rel_tol=EQUAL_TIMES)
     rows = list(_status_rows(result, golden, [] if ended_together else ends))
-    if not common.complete:
+    if not complete:
         note = f"different sample times, {samples}; only common samples are compared"
         rows.append(ComparedChannel("time", note=note))
     if ended_together:
@@ -259,18 +259,8 @@ def _largest(channel: Any) -> float:
     return float(np.max(sizes, initial=0.0, where=np.isfinite(sizes)))
 
 
-class _CommonSamples(NamedTuple):
-    """Indices of the samples common to two results, in each of them.
-
-    `complete`: all other samples are at events, whose times differ between the results.
-    """
-
-    result: Any
-    golden: Any
-    complete: bool
-
-
-def _common_samples(result: "Record", golden: "Record") -> _CommonSamples:
+def _common_samples(result: "Record", golden: "Record") -> tuple[Any, Any, bool]:
+    """Return the indices of common samples in each, and whether all others are at events."""
     times, expected = result.channels["time"], golden.channels["time"]
     (places, matched), (_, golden_matched) = _nearest(times, expected), _nearest(expected, times)
     complete = bool(
@@ -278,7 +268,7 @@ def _common_samples(result: "Record", golden: "Record") -> _CommonSamples:
         and np.all(golden_matched | np.isin(expected, golden.events["time"]))
     )
     golden_indices, result_indices = np.unique(places[matched], return_index=True)
-    return _CommonSamples(np.flatnonzero(matched)[result_indices], golden_indices, complete)
+    return np.flatnonzero(matched)[result_indices], golden_indices, complete
 
 
 def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
@@ -290,7 +280,7 @@ def _nearest(times: Any, others: Any) -> tuple[Any, Any]:
 
 
 def _channel_row(
-    name: str, result: "Record", golden: "Record", common: _CommonSamples, tolerances: Tolerances
+    name: str, result: "Record", golden: "Record", common: list[Any], tolerances: Tolerances
 ) -> ComparedChannel:
     if name not in result.channels or name not in golden.channels:
         return ComparedChannel(name, note=_missing(name in result.channels))
@@ -302,23 +292,16 @@ def _channel_row(
         note = f"{_axis(result, name)}, expected {_axis(golden, name)}"
     if note:
         return ComparedChannel(name, note=note)
-    time = golden.channels["time"][common.golden]
+    time = golden.channels["time"][common[1]]
     away = np.flatnonzero(_outside_event_windows(golden.events["time"], time, tolerances.time))
-    actual = result.channels[name][common.result[away]]
-    expected = golden.channels[name][common.golden[away]]
+    actual = result.channels[name][common[0][away]]
+    expected = golden.channels[name][common[1][away]]
     allowed = tolerances.allowed(expected)
-    return _worst(name, actual, expected, time[away], allowed, golden.units[name], *columns)
+    return _worst(name, actual, expected, time[away], allowed, golden.units[name], columns)
 
 
 def _worst(
-    name: str,
-    actual: Any,
-    expected: Any,
-    time: Any,
-    allowed: Any,
-    unit: str,
-    axis: str = "",
-    members: Sequence[str] = (),
+    name: str, actual: Any, expected: Any, time: Any, allowed: Any, unit: str, axis: Any = ("", ())
 ) -> ComparedChannel:
     """Return the row of what is furthest above its tolerance, the last one of equals."""
     if not len(time):
@@ -331,7 +314,7 @@ def _worst(
     ratio[np.isnan(ratio)] = 1.0  # both are infinite
     order = np.lexsort((difference.ravel(), ratio.ravel()))
     sample, *member = worst = np.unravel_index(order[-1], difference.shape)
-    note = f"{axis} {members[member[0]]}" if member else ""
+    note = f"{axis[0]} {axis[1][member[0]]}" if member else ""
     numbers = (difference[worst], allowed[worst], time[sample], actual[worst], expected[worst])
     size, limit, at, value, other = map(float, numbers)
     return ComparedChannel(name, size, limit, at, size <= limit, note, value, other, unit)

@@ -39,15 +39,11 @@ DEFINITIONS = "#/$defs/{model}"
 class _AsWritten(float):
     """A number that is written as it was read: 2.4e-4."""
 
-    def __new__(cls, text: str) -> "_AsWritten":
-        number = super().__new__(cls, text)
-        number.text = text
-        return number
+    def __init__(self, text: str) -> None:
+        self.text = text
 
     def __repr__(self) -> str:
         return self.text
-
-    text: str
 
 
 def new_scenario(kind: str) -> str:

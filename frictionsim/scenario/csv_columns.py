@@ -110,7 +110,10 @@ def read_columns(
     left out; `are_all` forbids further columns.
     """
     text = COMMENT.sub(r"\1", HEADER_IN_COMMENT.sub(r"\1\2", read_text(path)))
-    delimiter = delimiter or _delimiter(text, decimal)
+    if not delimiter:
+        lines = [line for line in text.split("\n") if line.strip()]
+        in_most = (d for d in DELIMITERS if 2 * sum(d in line for line in lines) > len(lines))
+        delimiter = next((d for d in in_most if d != decimal), " ")
     rows = _separated(text, delimiter, path)
     head, body, places = _parts(path, rows, wanted)
     if not decimal:  # one in all numbers: beside 1.5 the comma of 1,234 may be that of thousands
@@ -142,12 +145,6 @@ def read_columns(
                     f" '{cell[:MAX_TEXT]}'{mark * bool(SEPARATED.search(cell))}"
                 )
     return columns, [row.line for row in body]
-
-
-def _delimiter(text: str, decimal: str | None) -> str:
-    lines = [line for line in text.split("\n") if line.strip()]
-    in_most = (d for d in DELIMITERS if 2 * sum(d in line for line in lines) > len(lines))
-    return next((d for d in in_most if d != decimal), " ")
 
 
 def _parts(
@@ -195,10 +192,9 @@ def read_text(path: Path) -> str:
         with path.open(encoding="utf-8-sig") as file:
             text = file.read(MAX_SIZE + 1)
     except (OSError, ValueError) as error:
-        not_text = "it is not UTF-8 text; save it as UTF-8"
-        reason = getattr(error, "strerror", None) or (
-            not_text if isinstance(error, UnicodeError) else error
-        )
+        reason = getattr(error, "strerror", None) or error
+        if isinstance(error, UnicodeError):
+            reason = "it is not UTF-8 text; save it as UTF-8"
         raise InputError(f"cannot read '{path}' ({reason})") from None
     if len(text) > MAX_SIZE:
         raise InputError(f"'{path}' has more than {MAX_SIZE >> 20} MiB; give fewer lines")
@@ -222,10 +218,8 @@ def _separated(text: str, delimiter: str, path: Path) -> list[Row]:
     rows = []
     for number, cells in table:
         cells = [cell.strip(' "' if delimiter == " " else None) for cell in cells]
-        while cells and not cells[-1]:
-            cells.pop()
-        if cells:
-            rows.append(Row(path, number, cells))
+        if count := max((place for place, cell in enumerate(cells, 1) if cell), default=0):
+            rows.append(Row(path, number, cells[:count]))
     return rows
 
 

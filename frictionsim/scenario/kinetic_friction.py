@@ -73,20 +73,11 @@ def in_motion(surfaces: tuple[Any, ...], place: int) -> tuple[Any, ...]:
 
 
 class OverSpeed(NamedTuple):
-    """Kinetic friction over the velocity v of a contact, of either sign.
+    """Kinetic friction over the velocity v of a contact, of either sign."""
 
-    Attributes
-    ----------
-    at : callable
-        Of v: the value.
-    largest : float
-        Of all speeds.
-    corners : tuple of float
-        Speeds above 0 at which its slope jumps, or a fall begins; none if it is constant.
-    """
-
-    at: Callable[[float], float]
-    largest: float
+    at: Callable[[float], float]  # of v: the value
+    largest: float  # of all speeds
+    # Speeds above 0 at which its slope jumps, or a fall begins; none if it is constant.
     corners: tuple[float, ...] = ()
 
     @property

@@ -47,14 +47,12 @@ def _texts_or_items(overrides: Overrides) -> list[Any]:
     """Return the items of a mapping, or the texts."""
     if isinstance(overrides, Mapping):
         return list(overrides.items())
-    several = isinstance(overrides, Iterable) and not isinstance(overrides, str)
-    texts = list(overrides) if several else [overrides]
+    is_one = isinstance(overrides, str) or not isinstance(overrides, Iterable)
+    texts: list[Any] = [overrides] if is_one else list(overrides)
     for text in texts:
-        if not several or not isinstance(text, str):
-            raise InputError(
-                'overrides: expected a mapping as {"solver.rtol": 1e-9}, or texts KEY=VALUE, got'
-                f" {text!r}"
-            )
+        if is_one or not isinstance(text, str):
+            wanted = 'expected a mapping as {"solver.rtol": 1e-9}, or texts KEY=VALUE'
+            raise InputError(f"overrides: {wanted}, got {text!r}")
     return texts
 
 
@@ -111,18 +109,18 @@ def _set(data: dict[str, Any], key: str, value: Any, where: str) -> KeyPath:
         raise ScenarioError([f"{where}: expected a key with dots, e.g. solver.rtol"])
     path: KeyPath = ()
     table: Any = data
-    for part in parts[:-1]:
+    for place, part in enumerate(parts, 1):
         name = _key_in(table, part, path, where)
         path = (*path, name)
-        table = table[name] if isinstance(table, list) else table.setdefault(name, {})
-    name = _key_in(table, parts[-1], path, where)
+        if place < len(parts):
+            table = table[name] if isinstance(table, list) else table.setdefault(name, {})
     if value is not REMOVED:
-        table[name] = value
+        table[path[-1]] = value
     elif isinstance(table, dict):
-        table.pop(name, None)
+        table.pop(path[-1], None)
     else:
         raise ScenarioError([f"{where}: an entry of a list cannot be removed; give the list"])
-    return (*path, name)
+    return path
 
 
 def _key_in(table: Any, part: str, path: KeyPath, where: str) -> Any:
@@ -138,9 +136,8 @@ def _key_in(table: Any, part: str, path: KeyPath, where: str) -> Any:
     if part.isdecimal() and int(part) < len(table):
         return int(part)
     way = f" or a name: {', '.join(filter(None, names))}" if any(names) else ""
-    raise ScenarioError(
-        [f"{where}: '{above}' is a list of {len(table)}; give an index from 0{way}"]
-    )
+    fault = f"'{above}' is a list of {len(table)}; give an index from 0{way}"
+    raise ScenarioError([f"{where}: {fault}"])
 
 
 def _parsed(where: str, text: str) -> Any:

@@ -189,11 +189,6 @@ class CsvTable(Params):
                 raise InputError(f"'{path}': column {y.place + 1} is that of the {argument}, too")
             of_x, of_y = x.factor(its_unit), y.factor(unit)
             points, values = [n * of_x for n in x.values], [n * of_y for n in y.values]
-            if len(lines) == 1:
-                raise InputError(
-                    f"'{path}' has only one line with numbers, expected at least two; a constant"
-                    f" signal is given as a number, here {values[0]!r}, in the place of the file"
-                )
             for line, (earlier, later) in zip(lines[1:], pairwise(points), strict=True):
                 if not later > earlier:
                     raise InputError(

@@ -169,9 +169,6 @@ class Sum(Signal):
             x += max(falls or (second + root) / third, least)
         return min(x, end)
 
-    def curvature(self, begin: float, end: float) -> float:
-        return sum([term.curvature(begin, end) for term in self.terms])
-
     def bend(self, t: float) -> tuple[float, float]:
         bends = [term.bend(t) for term in self.terms]
         return sum([second for second, _ in bends]), sum([third for _, third in bends])

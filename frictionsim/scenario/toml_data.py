@@ -41,18 +41,10 @@ class NoUsableText(ValueError):
 
 
 class KeyPlaces:
-    """Where keys stand, for messages.
+    """Where keys stand, for messages: the name of a file and its lines by path, 0 if in no file.
 
-    Parameters
-    ----------
-    name : str
-        Of the file.
-    lines : callable
-        Returns the line of each key by its path; 0 of tables that are in no file.
-    above : str
-        What stands before each key, of the tables in another file: `study.scenario.`.
-    start : int
-        The line of what is not there.
+    `above` stands before each key of tables in another file; `start` is the line of what is not
+    there.
     """
 
     def __init__(
@@ -202,7 +194,7 @@ def keys_and_values(
         yield from keys_and_values(inner, f"{path}.{key}" if path else str(key), lists)
 
 
-def _are_tables(rows: "Sequence[Any]") -> bool:
+def _are_tables(rows: Iterable[Any]) -> bool:
     return all(isinstance(row, Mapping) for row in rows)
 
 
