@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 import frictionsim as fs
 from frictionsim.results import Record
 from tests.support.cases import one_in, slow
+from tests.support.examples import examples
 from tests.support.problems import assert_agrees, cases
 from tests.support.scenarios import (
     Scenario,
@@ -116,6 +117,7 @@ ratios, marbles, gears = st.floats(0.5, 10.0), st.floats(1e-6, 0.05), st.floats(
 mus = st.floats(1e-6, 2.0)
 
 
+@examples(12)
 @given(ratios, mus, marbles, gears, st.floats(-180.0, 180.0))
 def test_torques_are_roots_of_eq_24(
     k: float, mu: float, marble: float, gear: float, azimuth: float

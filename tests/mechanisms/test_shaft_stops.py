@@ -1,10 +1,12 @@
-"""The effect `end_stops` of a body on a shaft: keys, channels, audit, warnings."""
+"""The effect `end_stops` of a body on a shaft: channels, audit, warnings, rest."""
 
-from math import radians, sqrt
+from math import degrees, radians, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
 
+import frictionsim as fs
 from tests.support.changed_samples import Samples, nearly_done
 from tests.support.scenarios import changed, simulate
 from tests.support.stopped_bodies import stopped, with_friction
@@ -93,3 +95,57 @@ def test_impacts_are_counted_without_samples_at_them(at_events: bool) -> None:
     assert values["impacts"].value == 2
     # From rest over the angle to the stop with 1 rad/s^2.
     assert values["impact_speed_max"].value == pytest.approx(sqrt(2.0 * radians(60.0)), rel=1e-11)
+
+
+# --- a body at rest on a stop is at rest, without dry friction
+
+
+def pressed(value: Any, highest: float = 1.0, start: float = 0.0, **stop: float) -> fs.Scenario:
+    return fs.load(
+        {
+            "kind": "shaft",
+            "mechanism": {"inertia": 1.0, "initial_angle_deg": degrees(start)},
+            "couples": [{"name": "motor", "size": value}],
+            "effects": {"end_stops": {"highest_angle_deg": degrees(highest), **stop}},
+            "solver": {"duration": 8.0},
+        }
+    )
+
+
+def rests(scenario: fs.Scenario) -> tuple[float | None, float | None]:
+    quantities = fs.solve(scenario).quantities
+    return quantities["breakaway_time"].value, quantities["last_rest_time"].value
+
+
+@pytest.mark.parametrize(("torque", "highest"), [(1.0, 1.0), (3.0, 0.2)])
+def test_a_body_without_friction_comes_to_rest_on_its_stop(torque: float, highest: float) -> None:
+    breakaway, rest = rests(pressed(torque, highest))
+    assert breakaway is None
+    # Uniformly accelerated, exact but for the rounding of the steps.
+    assert rest == pytest.approx(sqrt(2.0 * highest / torque), rel=1e-12)
+
+
+def test_a_body_that_bounces_comes_to_rest_after_its_last_bounce() -> None:
+    # A restitution of 1/2: flights of 2 v/M, each half as long, from v = sqrt(2 M q).
+    _, rest = rests(pressed(1.0, restitution=0.5, capture_speed=1e-6))
+    # The flights that are left out, below the capture speed, take 4e-6 s at most.
+    assert rest == pytest.approx(sqrt(2.0) * (1.0 + 2.0 * 0.5 / (1.0 - 0.5)), abs=4e-6)
+
+
+@pytest.mark.parametrize("turn", [3.0, 4.0, 5.5])
+def test_it_leaves_the_stop_where_the_torque_turns(turn: float) -> None:
+    torque = {"time": [0.0, turn - 1.0, turn + 1.0], "value": [1.0, 1.0, -1.0]}
+    breakaway, rest = rests(pressed(torque))
+    assert breakaway == pytest.approx(turn, rel=1e-12)
+    assert rest == pytest.approx(sqrt(2.0), rel=1e-12)
+
+
+def test_a_body_that_never_meets_its_stop_is_never_at_rest() -> None:
+    assert rests(pressed(-1.0)) == (None, None)
+
+
+def test_a_sweep_has_when_a_body_rests_on_its_stop() -> None:
+    sweep = fs.sweep(pressed(1.0), vary={"couples.motor.size": [1.0, 2.0, -1.0]})
+    times = sweep["last_rest_time"].values
+    assert times[:2] == pytest.approx([sqrt(2.0), 1.0], rel=1e-12)
+    assert times[2] != times[2]  # none

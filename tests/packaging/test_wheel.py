@@ -25,7 +25,7 @@ FOR_TESTS = ("pytest", "pytest-xdist", "filelock", "hypothesis", "jsonschema", "
 # Of most rooms one file, without compiled kernels; they read scenarios, stored cases and pages.
 SOME_TESTS = (
     *("tests/api/test_load.py", "tests/api/test_solve.py", "tests/io/test_hdf5.py"),
-    *("tests/mechanisms/test_effects.py", "tests/mechanisms/test_statics.py"),
+    *("tests/mechanisms/test_effects.py", "tests/mechanisms/test_epicyclic.py"),
     *("tests/motion/test_belt_drive.py", "tests/packaging/test_metadata.py"),
     *("tests/sweeps/test_design.py", "tests/scenario/test_shipped.py"),
     *("tests/solvers/test_published_law.py", "tests/costs/test_error_estimate.py"),

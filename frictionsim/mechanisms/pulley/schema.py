@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, Self
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.config import JsonDict
 
-from frictionsim.mechanisms.effects import ShaftFriction, ViscousDamping
+from frictionsim.mechanisms.effects import ShaftFriction, ViscousDamping, radii_of
 from frictionsim.mechanisms.journal import CHANNELS as JOURNAL_CHANNELS
 from frictionsim.mechanisms.single_dof import (
     SINGLE_DOF_MODES,
@@ -418,21 +418,14 @@ class PulleyScenario(SingleDofScenario):
     def lift_parameters(self) -> LiftParameters:
         """The numbers of a scenario with hanging masses."""
         geometry, effects = self.mechanism, self.effects
-        masses, journal, cord = (
-            effects.hanging_masses,
-            effects.shaft_friction,
-            effects.cord_friction,
-        )
+        masses, cord = effects.hanging_masses, effects.cord_friction
+        damping = effects.viscous_damping
         assert masses is not None
         return LiftParameters(
-            geometry.cord_radius,
-            geometry.inertia,
-            masses.car_side,
-            masses.other_side,
-            masses.g,
-            effects.viscous_damping.coefficient if effects.viscous_damping else 0.0,
-            journal.static_radius if journal else 0.0,
-            journal.kinetic_radius if journal else 0.0,
+            *(geometry.cord_radius, geometry.inertia),
+            *(masses.car_side, masses.other_side, masses.g),
+            damping.coefficient if damping else 0.0,
+            *radii_of(effects.shaft_friction),
             limiting_ratio(cord.mu_s, cord.wrap_deg) if cord else inf,
             cord.ratio_over_speed.at_rest if cord else inf,
             self.drive.force is None,
