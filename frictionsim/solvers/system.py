@@ -91,20 +91,12 @@ class EndStops(NamedTuple):
 
     An impact on a stop gives v+ = -e v-; after one slower than the capture speed the body stays on
     the stop, which then carries the whole torque towards it. The method `events` alone has impacts.
-
-    Attributes
-    ----------
-    lowest, highest : float, rad
-        Positions of the stops; -inf and inf for none.
-    restitution : float
-        e, at least 0 and below 1.
-    capture_speed : float, rad/s
     """
 
-    lowest: float
-    highest: float
-    restitution: float
-    capture_speed: float
+    lowest: float  # rad; -inf for none
+    highest: float  # rad; inf for none
+    restitution: float  # e, at least 0 and below 1
+    capture_speed: float  # rad/s
 
     def side(self, q: float) -> int:
         """Return FORWARD or BACKWARD at the highest or lowest position, STICK between them."""
@@ -138,28 +130,16 @@ class System(Protocol):
     rates do not depend. Modes are those of the contacts: FORWARD, STICK and BACKWARD of dry
     friction, TAUT and SLACK of a rope, from `frictionsim.results`.
 
-    Attributes
-    ----------
-    coordinates : int
-        n.
-    contacts : tuple of Contact
-    start : list of float
-        The state at the start.
-    surfaces : tuple
-        Where the equations are not smooth, steps end. Each has `event`, the name of an event or
-        empty, and `beyond(step, t, y)`, positive after the first crossing within a step.
-    stops : EndStops or None
-        Of one coordinate.
-    impact_heat : int
-        Place of the heat of impacts on stops in the state.
+    Where the equations are not smooth, steps end: at surfaces, each with `event`, the name of an
+    event or empty, and `beyond(step, t, y)`, positive after the first crossing within a step.
     """
 
-    coordinates: int
+    coordinates: int  # n
     contacts: tuple[Contact, ...]
-    start: list[float]
+    start: list[float]  # the state
     surfaces: tuple[Any, ...]
-    stops: EndStops | None
-    impact_heat: int
+    stops: EndStops | None  # of one coordinate
+    impact_heat: int  # place of the heat of impacts on stops in the state
 
     def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         """Return dy/dt in the modes of the contacts; exactly zero for a velocity that is held."""
