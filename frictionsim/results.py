@@ -201,7 +201,7 @@ class Metric(NamedTuple):
     Attributes
     ----------
     name : str
-        Name of the column in the table.
+        Of the column in the table.
     what : str
         `events`    largest difference of event times, relative to the duration; 1 if the
                     sequences of events differ
@@ -211,7 +211,7 @@ class Metric(NamedTuple):
     source : str
         Name of the quantity, channel or check; empty for events.
     unit : str
-        Unit of the absolute error.
+        Of the absolute error.
     scale : str
         Channel whose largest change from its start scales the error of a quantity.
     """
@@ -239,44 +239,23 @@ class Record(NamedTuple):
     """The results of a run, just solved or read from its file.
 
     Tables, pictures and comparisons are made of it.
-
-    Attributes
-    ----------
-    attributes : dict of str
-        The root attributes, see `frictionsim.io.result_writer`.
-    channels : dict of arrays (n,) or (n, k), including `time`
-        Integer channels hold integers. Those of a large file are read when they are wanted.
-    units, long_names : dict of str
-    axes : dict of str
-        The axis of the columns of each channel; empty for a channel of shape (n,).
-    members : dict of tuple of str
-        The names of the members of each axis, or their numbers.
-    events : dict of arrays (m,), including `time`
-    contacts : list of str
-        The names that the indices `events["contact"]` refer to.
-    flags : dict of Flags
-        The meanings of the values of integer channels.
-    quantities : Quantities
-    checks : dict of Check
-    statistics : SolverStatistics or None
-        None of a run that was made elsewhere.
-    checkpoint : dict of arrays or None
-        The state to resume from, of a run that was just solved and can be resumed.
     """
 
-    attributes: dict[str, str]
+    attributes: dict[str, str]  # the root attributes, see `frictionsim.io.result_writer`
+    # (n,) or (n, k), including `time`; integers in integer channels. Those of a large file are read
+    # when they are wanted.
     channels: "Mapping[str, Any]"
     units: dict[str, str]
     long_names: dict[str, str]
-    axes: dict[str, str]
-    members: dict[str, tuple[str, ...]]
-    events: dict[str, Any]
-    contacts: list[str]
-    flags: dict[str, Flags] = {}  # noqa: RUF012  never changed
+    axes: dict[str, str]  # of the columns of each channel; empty for a channel of shape (n,)
+    members: dict[str, tuple[str, ...]]  # of each axis, by their names or numbers
+    events: dict[str, Any]  # arrays (m,), including `time`
+    contacts: list[str]  # the names that the indices `events["contact"]` refer to
+    flags: dict[str, Flags] = {}  # noqa: RUF012  never changed; meanings of integers
     quantities: Quantities = {}  # noqa: RUF012
     checks: dict[str, Check] = {}  # noqa: RUF012
-    statistics: SolverStatistics | None = None
-    checkpoint: dict[str, Any] | None = None
+    statistics: SolverStatistics | None = None  # None of a run that was made elsewhere
+    checkpoint: dict[str, Any] | None = None  # the state to resume from, of a run just solved
 
     @property
     def time(self) -> "Array":

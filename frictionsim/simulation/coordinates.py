@@ -32,14 +32,9 @@ EVENT_CHANNELS = ("angle", "mode")
 
 
 class CoordinateSimulation(Simulation):
-    """The simulation of a mechanism of one or several coordinates.
+    """The simulation of a mechanism of one or several coordinates, built from its scenario.
 
-    Parameters
-    ----------
-    scenario : Scenario
-    mechanism : Mechanism
-        Built from the scenario. Its system belongs to the run: a friction law may replace its
-        friction.
+    The system of the mechanism belongs to the run: a friction law may replace its friction.
     """
 
     axes: Mapping[str, tuple[str, ...]] = MappingProxyType({})

@@ -23,24 +23,12 @@ if TYPE_CHECKING:
 
 
 class Simulation(Protocol):
-    """The simulation of one scenario, which is solved once: what `simulate.run` asks of a kind.
+    """The simulation of one scenario, which is solved once: what `simulate.run` asks of a kind."""
 
-    Attributes
-    ----------
-    effects : tuple of str
-        The effects that are simulated.
-    states : int
-        Length of the state vector.
-    channel_info : mapping of name to Channel
-        For every channel that `observe` may return.
-    axes : mapping of name to tuple of str
-        The names of the members of each axis, without blanks; "0", "1", ... if they have no
-        names. Empty for one coordinate.
-    """
-
-    effects: tuple[str, ...]
-    states: int
-    channel_info: "Mapping[str, Channel]"
+    effects: tuple[str, ...]  # that are simulated
+    states: int  # length of the state vector
+    channel_info: "Mapping[str, Channel]"  # of every channel that `observe` may return
+    # The names of the members of each axis, without blanks; "0", "1", ... if they have no names.
     axes: Mapping[str, tuple[str, ...]]
 
     def sample_at(self, times: Sequence[float]) -> None:
@@ -102,22 +90,12 @@ class Simulation(Protocol):
 
 @dataclass(frozen=True)
 class Samples:
-    """The samples of a run by the names of their columns, and its events.
+    """The samples of a run by the names of their columns, and its events."""
 
-    Attributes
-    ----------
-    time : (n,), s
-    columns : mapping of name to (n,)
-        Channels, and what only the audit reads.
-    transitions : list of Transition
-    before, after : mapping of name to (m,)
-        The columns immediately before and after each transition.
-    """
-
-    time: "Array"
-    columns: "Mapping[str, Array]"
+    time: "Array"  # (n,), s
+    columns: "Mapping[str, Array]"  # (n,): channels, and what only the audit reads
     transitions: "list[Transition]"
-    before: "Mapping[str, Array]"
+    before: "Mapping[str, Array]"  # (m,): the columns immediately before each transition
     after: "Mapping[str, Array]"
 
     def __getitem__(self, name: Any) -> Any:
@@ -136,30 +114,16 @@ these rows, and the samples of the whole run; (n,)."""
 
 
 class ContactColumns(NamedTuple):
-    """The names of the columns of a contact.
+    """The names of the columns of a contact."""
 
-    Attributes
-    ----------
-    name : str
-        Of the contact itself, as in events.
-    position, velocity : str
-        Of its slip, rad, or gap, m.
-    force : str
-        Its friction, N m or N, or the tension of a rope, N.
-    mode : str
-        As in `frictionsim.results`.
-    forward, backward, roundoff : str
-        The margins that `System.margins` returns, in the unit of the force: limit -+ force, and
-        their roundoff; `backward` is empty of a rope.
-    """
-
-    name: str
-    position: str
+    name: str  # of the contact itself, as in events
+    position: str  # of its slip, rad, or gap, m
     velocity: str
-    force: str
-    mode: str
+    force: str  # its friction, N m or N, or the tension of a rope, N
+    mode: str  # as in `frictionsim.results`
+    # What `System.margins` returns, in the unit of the force: limit -+ force, and their roundoff.
     forward: str
-    backward: str
+    backward: str  # empty of a rope
     roundoff: str
 
 
@@ -180,15 +144,12 @@ class Mechanism(NamedTuple):
     channel_info : mapping of name to Channel
     effects : tuple of str
         The effects that are simulated.
-    quantities : callable
-        quantities(samples) returns the quantities that are specific to the mechanism.
-    run_warnings : callable
-        run_warnings(samples) returns warnings about a complete run.
-    checks : callable
-        checks(samples) returns the checks that are specific to the mechanism.
+    quantities, run_warnings, checks : callable
+        Of the samples: the quantities and checks that are specific to the mechanism, and warnings
+        about a complete run.
     energy_scale : callable
-        energy_scale(samples) returns a scale of the energies that does not depend on how exactly
-        the motion was found, J.
+        Of the samples: a scale of the energies that does not depend on how exactly the motion was
+        found, J.
     law : str
         The friction law, a name in `frictionsim.scenario.methods`; empty without dry friction.
     tolerance_share : float
@@ -196,9 +157,9 @@ class Mechanism(NamedTuple):
     prescribed : bool
         The drive gives the velocity of the only coordinate, whatever the method.
     torques : callable
-        torques(t) returns the torques on a body of one coordinate that rests from the start, N m.
+        Of the time, s: the torques on a body of one coordinate that rests from the start, N m.
     derived : mapping of name to Derived
-        Channels that are not recorded. They are computed where a result has them.
+        Channels that are not recorded, but follow from what is.
     """
 
     system: Any

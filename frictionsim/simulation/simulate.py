@@ -148,13 +148,7 @@ def summary_of_run(scenario: "Scenario", monitor: RunMonitor) -> RunSummary:
 
 
 class _Run:
-    """The simulation of a scenario, with its wall time.
-
-    Attributes
-    ----------
-    solving, compiling : float, s
-        Including the parts before an interruption.
-    """
+    """The simulation of a scenario, with its wall time, s, and that before an interruption."""
 
     def __init__(
         self,

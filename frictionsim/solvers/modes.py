@@ -39,16 +39,10 @@ def options(system: Any, y: list[float], i: int) -> Modes:
 
 
 def consistent(system: Any, t: float, y: list[float], before: Modes, now: Modes) -> Modes:
-    """Return the modes that follow at a time, s.
+    """Return the modes that follow at a time, s, in a state with exact zeros.
 
-    Parameters
-    ----------
-    system : System
-    t : float, s
-    y : list of float
-        Zeros of velocities and gaps are exact.
-    before, now : list of int
-        The modes so far; the mode that was found to begin, else `KEEPS` or `REFINDS`.
+    `before` are the modes so far; `now` are those that were found to begin, else `KEEPS` or
+    `REFINDS`.
 
     Raises
     ------

@@ -9,16 +9,11 @@ from frictionsim.results import STICK, Transition
 
 
 class SampleTimes:
-    """The sample times: 0, interval, 2 interval, ..., duration, unless others are given.
-
-    Attributes
-    ----------
-    count : int
-        The number of samples so far.
-    """
+    """The sample times: 0, interval, 2 interval, ..., duration, unless others are given."""
 
     def __init__(self, duration: float, interval: float) -> None:
-        self._interval, self._end, self._given, self.count = interval, duration, array("d"), 0
+        self._interval, self._end, self._given = interval, duration, array("d")
+        self.count = 0  # of the samples so far
         # A multiple that differs from the duration by rounding is replaced by the duration.
         self._last = floor(duration / interval * (1.0 - 1e-12))
 
@@ -53,13 +48,8 @@ class Recording:
     A row is the time, s, the state, what `system.recorded` adds, and the modes, all as floats in SI
     units; `Mechanism.columns` has the names of all but the time.
 
-    Parameters
-    ----------
-    system : System
-    duration, interval : float, s
-    at_events : bool
-        Events are samples, too: the side before a breakaway, else the side after the event. They
-        replace regular ones at their times, and of several at one time the last counts.
+    With `at_events` events are samples, too: the side before a breakaway, else the side after the
+    event. They replace regular ones at their times, and of several at one time the last counts.
 
     Attributes
     ----------

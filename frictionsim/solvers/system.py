@@ -91,20 +91,12 @@ class EndStops(NamedTuple):
 
     An impact on a stop gives v+ = -e v-; after one slower than the capture speed the body stays on
     the stop, which then carries the whole torque towards it. The method `events` alone has impacts.
-
-    Attributes
-    ----------
-    lowest, highest : float, rad
-        Positions of the stops; -inf and inf for none.
-    restitution : float
-        e, at least 0 and below 1.
-    capture_speed : float, rad/s
     """
 
-    lowest: float
-    highest: float
-    restitution: float
-    capture_speed: float
+    lowest: float  # rad; -inf for none
+    highest: float  # rad; inf for none
+    restitution: float  # e, at least 0 and below 1
+    capture_speed: float  # rad/s
 
     def side(self, q: float) -> int:
         """Return FORWARD or BACKWARD at the highest or lowest position, STICK between them."""
@@ -138,28 +130,16 @@ class System(Protocol):
     rates do not depend. Modes are those of the contacts: FORWARD, STICK and BACKWARD of dry
     friction, TAUT and SLACK of a rope, from `frictionsim.results`.
 
-    Attributes
-    ----------
-    coordinates : int
-        n.
-    contacts : tuple of Contact
-    start : list of float
-        The state at the start.
-    surfaces : tuple
-        Where the equations are not smooth, steps end. Each has `event`, the name of an event or
-        empty, and `beyond(step, t, y)`, positive after the first crossing within a step.
-    stops : EndStops or None
-        Of one coordinate.
-    impact_heat : int
-        Place of the heat of impacts on stops in the state.
+    Where the equations are not smooth, steps end: at surfaces, each with `event`, the name of an
+    event or empty, and `beyond(step, t, y)`, positive after the first crossing within a step.
     """
 
-    coordinates: int
+    coordinates: int  # n
     contacts: tuple[Contact, ...]
-    start: list[float]
+    start: list[float]  # the state
     surfaces: tuple[Any, ...]
-    stops: EndStops | None
-    impact_heat: int
+    stops: EndStops | None  # of one coordinate
+    impact_heat: int  # place of the heat of impacts on stops in the state
 
     def rates(self, t: float, y: list[float], modes: list[int]) -> list[float]:
         """Return dy/dt in the modes of the contacts; exactly zero for a velocity that is held."""
@@ -217,11 +197,9 @@ class OneCoordinate:
         are smooth, and torque -+ limit are monotone.
     first_excess : callable or None
         For others: first_excess(q, a, b) returns a time after a, at most b, such that at rest in q
-        the contact breaks away at most once up to it, and does not hold at it if it does. Without
+        the contact breaks away at most once up to it, and does not hold at it if it does; so does a
+        body without dry friction on a stop, which leaves it where the torque points away. Without
         it torque -+ limit at rest have to be monotone between the extrema of the drive.
-    first_departure : callable or None
-        The same of a body without dry friction that rests on a stop in q, and leaves it where the
-        torque points away from the stop.
     surfaces, stops
         As of `System`.
     channels : tuple of str
@@ -257,7 +235,6 @@ class OneCoordinate:
         start: tuple[float, float] = (0.0, 0.0),
         breaks: Sequence[float] = (),
         first_excess: Callable[[float, float, float], float] | None = None,
-        first_departure: Callable[[float, float, float], float] | None = None,
         surfaces: tuple[Any, ...] = (),
         stops: EndStops | None = None,
         channels: tuple[str, ...] = (),
@@ -266,7 +243,6 @@ class OneCoordinate:
         self.drive, self.inertia, self.friction = drive, inertia, friction
         self._acting, self._recorded, self.stops = acting, recorded, stops
         self._breaks, self._first_excess = breaks, first_excess
-        self._first_departure = first_departure
         self.surfaces = (*surfaces, *friction.surfaces) if friction else surfaces
         self.contacts = () if friction is None else (Contact(friction.name),)
         self.energies = _energies_of(terms, stops is not None, friction is not None)
@@ -452,10 +428,10 @@ class OneCoordinate:
 
     def departure(self, t: float, y: list[float], end: float) -> tuple[float, bool]:
         q, until = y[0], self.smooth_until(t, y, end)
-        if self._first_departure is not None:
-            until = self._first_departure(q, t, until)
-        else:
+        if self._first_excess is None:
             until = min(until, self.drive.next_extremum(t))
+        else:
+            until = self._first_excess(q, t, until)
         if not self._away(until, q) > 0.0:
             return until, False
         return bracket_root(lambda at: self._away(at, q), t, until)[1], True

@@ -401,7 +401,6 @@ def system_of(scenario: ShaftScenario, shaft: Shaft) -> OneCoordinate:
         friction,
         start=start_of(scenario),
         first_excess=lambda q, a, b: first_excess(shaft, shaft.r_s, q, a, b),
-        first_departure=lambda q, a, b: first_excess(shaft, 0.0, q, a, b),
         surfaces=(*knots_of(shaft.loads), *([Reversal(shaft)] if reverses else [])),
         stops=stops,
         channels=(
