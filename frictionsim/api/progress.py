@@ -2,7 +2,7 @@
 
 from contextlib import AbstractContextManager, nullcontext
 from time import monotonic
-from typing import IO, Any, Self, cast
+from typing import IO, Self, cast
 
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn
@@ -15,14 +15,6 @@ from frictionsim.simulation.monitor import Monitor, Progress, SweepProgress, com
 STEPS_BETWEEN_UPDATES = 256  # reading the clock costs a tenth of a step
 SECONDS_WITHOUT_BAR = 1.0  # a short run or sweep shows none
 SECONDS_BETWEEN_FRAMES = 0.1
-
-
-class Announcements(Monitor[Any]):
-    """Prints that kernels are compiled."""
-
-    def compiling(self, expected: float) -> AbstractContextManager[None]:
-        print_on_stderr(compilation_text(expected))
-        return nullcontext()
 
 
 class _ProgressBar(Monitor[Progress]):
@@ -38,6 +30,11 @@ class _ProgressBar(Monitor[Progress]):
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:
             self._bar.stop()
+
+    def compiling(self, expected: float) -> AbstractContextManager[None]:
+        """Print that kernels are compiled."""
+        print_on_stderr(compilation_text(expected))
+        return nullcontext()
 
     def _show(self, now: float, completed: float, total: float, text: str) -> None:
         if self._bar is None:

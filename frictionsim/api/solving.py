@@ -218,9 +218,9 @@ def _monitor(
     if callable(progress):
         parts.append(_ProgressFunction(progress))
     elif progress:
-        from frictionsim.api.progress import Announcements, RunProgress
+        from frictionsim.api.progress import RunProgress
 
-        parts += [Announcements(), RunProgress(duration)]
+        parts.append(RunProgress(duration))
     if limits.wall is not None:
         parts.append(WallTimeLimit(limits.wall, duration, scenario.budget_advice, limits.since))
     return Monitors(*parts)

@@ -50,7 +50,6 @@ from frictionsim.scenario.toml_data import keys_and_values, toml_tables
 from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import (
     Monitor,
-    Monitors,
     RunMonitor,
     StopSignals,
     SweepProgress,
@@ -263,9 +262,9 @@ def _shown(progress: OnProgress) -> AbstractContextManager[Monitor[SweepProgress
         return nullcontext(monitor_of(progress))  # a monitor is entered by who gives it
     if not progress:
         return Monitor()
-    from frictionsim.api.progress import Announcements, SweepBar
+    from frictionsim.api.progress import SweepBar
 
-    return Monitors(Announcements(), SweepBar())
+    return SweepBar()
 
 
 def study_from(

@@ -244,7 +244,7 @@ def test_progress_shows_a_bar_on_a_terminal_only(
     failing = {"solver.max_steps": [5, 100_000, 100_001, 100_002]}
     fs.sweep("pulley", failing, {"solver.max_step": 1e-3}, workers=1, progress=True)
     out, err = capsys.readouterr()
-    assert (out, "of 4" in err) == ("", True)
+    assert (out, "of 4" in err, "1 failed" in err) == ("", True, True)
 
 
 @pytest.mark.slow
