@@ -105,8 +105,6 @@ def test_other_means_are_weighted_over_the_last_fifth(speed: Any, patch: Any) ->
     weight = np.sin(np.linspace(0.0, np.pi, len(late))) ** 2
     mean = np.average(late, axis=0, weights=weight)
     assert values(run)["drive_speed"] == pytest.approx(mean[0], rel=1e-9)
-    label = fs.plot(run, "speeds").axes[-1].lines[-1].get_label()
-    assert label.startswith("weighted mean slip over the last fifth")
 
 
 def test_periods_that_differ_are_warned_of() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionsim.mechanisms.belt_drive import belt as row
-from frictionsim.mechanisms.belt_drive import kernels, limits, moreau, rkf45
+from frictionsim.mechanisms.belt_drive import dampers, kernels, limits, moreau, rkf45
 from frictionsim.mechanisms.belt_drive.belt import Belt, belt_of, initial_state
 from frictionsim.mechanisms.belt_drive.belt_simulation import stepper_of as _stepper_of
 from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
@@ -21,7 +21,7 @@ from frictionsim.mechanisms.belt_drive.geometry import PulleyCircle, belt_path
 __all__ = ["PulleyCircle", "belt_path", "row"]
 
 Array = NDArray[np.float64]
-COMPILED_MODULES = (kernels, rkf45, moreau)
+COMPILED_MODULES = (kernels, dampers, rkf45, moreau)
 
 
 class BeltModel(NamedTuple):

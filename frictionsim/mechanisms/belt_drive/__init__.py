@@ -12,6 +12,7 @@ of nb + np degrees of freedom. The model is in
     limits            waves, dampers and friction, which bound the steps; scales of errors
     compilation       decorators of kernels, and where compiled ones are kept
     kernels           the equations of motion, compiled
+    dampers           those along the belt that fixed steps solve for
     rkf45, moreau     the methods
     belt_simulation   from step to step
     sampling          the channels, and what summary and audit need of each sample

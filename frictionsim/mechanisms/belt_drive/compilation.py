@@ -46,8 +46,8 @@ LOG = logging.getLogger(__name__)
 
 # Modules whose functions and constants go into compiled code, in the package.
 SOURCES = (
-    *(f"mechanisms/belt_drive/{name}.py" for name in ("belt", "compilation", "kernels", "moreau")),
-    "mechanisms/belt_drive/rkf45.py",
+    *(f"mechanisms/belt_drive/{name}.py" for name in ("belt", "compilation", "kernels")),
+    *(f"mechanisms/belt_drive/{name}.py" for name in ("dampers", "moreau", "rkf45")),
     *(f"solvers/{name}.py" for name in ("friction_curve", "rkf45")),
 )
 IMPORTED = time()  # s
