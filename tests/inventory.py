@@ -5,7 +5,8 @@
 
 Commands and exit codes are those of `--help`; keys and channels those of the schemas; views those
 that a refusal names; quantities and audits those of the golden results, of short runs where these
-have none, and of `static`.
+have none, and of `static`. Warnings are the rows of docs/warnings.md, which `tests/docs` holds
+against the code.
 """
 
 import contextlib
@@ -58,6 +59,7 @@ def inventory() -> Inventory:
         "quantities": _quantities(done),
         "scenarios": sorted(fs.scenarios()),
         "views": {of.kind: _views(of) for of in done} | {"belt_drive": _views(OF_BELTS)},
+        "warnings": _warnings(),
     }
 
 
@@ -185,6 +187,16 @@ def _views(result: Any) -> list[str]:
     except fs.InputError as refused:
         return sorted(str(refused).rpartition("known: ")[2].split(", "))
     return ["?"]
+
+
+def _warnings() -> dict[str, list[str]]:
+    """Return the first column of each table of the page, by its heading."""
+    page = (ROOT / "docs" / "warnings.md").read_text(encoding="utf-8")
+    sections = re.findall(r"^## ([^\n]+)$(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL)
+    return {
+        title: re.findall(r"^\| (?!warning \|)([^|]+?) \|", text, re.MULTILINE)
+        for title, text in sections
+    }
 
 
 def as_text(offered: Inventory) -> str:
