@@ -31,7 +31,14 @@ class InputError(FrictionsimError):
 
 
 class ArgumentError(InputError):
-    """An invalid argument of a function; the option of the command line has dashes in its name."""
+    """An invalid argument of a function, which is an option of the command line.
+
+    Attributes
+    ----------
+    argument : str
+        Its name in Python; the option has dashes.
+    text : str
+    """
 
     def __init__(self, argument: str, text: str) -> None:
         super().__init__(argument, text)

@@ -113,7 +113,7 @@ def compare_records(
         rows.append(ComparedChannel("time", note=note))
     if ended_together:
         rows += _quantity_rows(result, golden, tolerances)
-    for name in wanted & (result.channels.keys() | golden.channels.keys()):
+    for name in sorted(wanted & (result.channels.keys() | golden.channels.keys())):
         rows.append(_channel_row(name, result, golden, common, tolerances))
     events = _event_row(result, golden, tolerances.time)
     if "events" in wanted:
@@ -182,7 +182,7 @@ def _place(row: ComparedChannel) -> tuple[Any, ...]:
         difference = row.difference
         ratio = difference / row.allowed if row.allowed else (inf if difference else 0.0)
     groups = row.name in REASONS, row.name.startswith(QUANTITIES), True
-    return row.ok, groups.index(True), -ratio, -difference, row.name.startswith(SIDES), row.name
+    return row.ok, groups.index(True), -ratio, -difference
 
 
 def _status_rows(

@@ -94,6 +94,7 @@ def scale_of(forces: Iterable[Part], length: float) -> float:
 
 
 WINDOW = 2.5  # of the static friction circle: half the side of what is shown larger
+WHOLE = 1.6  # times as large it is, where this shows the edge of the shaft as well
 
 
 def journal_of(at: "Samples", drawn: float) -> tuple[list[Part], tuple[Detail, ...]]:
@@ -116,7 +117,8 @@ def journal_of(at: "Samples", drawn: float) -> tuple[list[Part], tuple[Detail, .
         )
         if static > 0.0:
             discs.append(("static friction circle", Disc(0.0, 0.0, static, "cord", open=True)))
-            half = min(1.1 * size, WINDOW * static)
+            whole, half = 1.1 * size, WINDOW * static
+            half = whole if whole < WHOLE * half else half
             words = "friction circles of the shaft, enlarged"
             details = (Detail(words, (-half, half, -half, half)),)
         if kinetic.varies and "angular_velocity" in at:

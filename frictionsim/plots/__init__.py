@@ -108,8 +108,8 @@ def _refusal(kind: str, option: str) -> str:
     fit = [name for name, view in views_of(kind).items() if option in view.options]
     fit = [BODY] if option == "body" else fit
     if not fit:
-        return f"does not take it, nor does another one of kind '{kind}'"
-    return f"does not take it; the view {' or '.join(map(repr, fit))} does"
+        return f"does not take that, nor does another one of kind '{kind}'"
+    return f"does not take that; the view {' or '.join(map(repr, fit))} does"
 
 
 def applicable(record: "Record", given: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -224,8 +224,8 @@ def _read(path: Path) -> str:
             if file.peek(len(HDF5_SIGNATURE)).startswith(HDF5_SIGNATURE):
                 fault = (
                     "this is a result, expected a scenario; 'frictionsim show --scenario"
-                    f" {path}' prints the scenario in it, which in Python is"
-                    f" fs.open({str(path)!r}).scenario"
+                    f" {path}' prints the scenario in it, in Python fs.open({str(path)!r}).scenario"
+                    " has it"
                 )
             else:
                 return read_text(file)

@@ -105,6 +105,17 @@ def test_motion_agrees_with_the_reference(case: dict[str, Any], backend: str) ->
     assert transfers[: len(case["transfers"])] == pytest.approx(case["transfers"], abs=1e-8)
 
 
+@pytest.mark.parametrize(
+    ("azimuth", "relieves"),
+    [(102.6007, False), (-142.6007, False), (37.3993, True), (-77.3993, True)],
+)
+def test_four_azimuths_have_the_paper_s_mesh_force(azimuth: float, relieves: bool) -> None:
+    sideways, down = mesh_of(statics(mechanism__mesh_azimuth_deg=azimuth))
+    assert 1 / abs(sideways) == pytest.approx(20.07e-3, abs=1e-8)  # the azimuth's digits
+    assert 1 / abs(down) == pytest.approx(31.38175e-3, abs=3e-8)
+    assert (down < 0) == relieves
+
+
 def mesh_of(values: dict[str, float | None]) -> tuple[float, float]:
     """Return the force of the mesh sideways and down over the torque of the pinion, 1/m."""
     sideways, down = (values[f"mesh_force_{way}_per_torque"] for way in ("sideways", "down"))

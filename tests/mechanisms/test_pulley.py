@@ -239,6 +239,18 @@ loads = st.floats(1e-3, 1e6)
 directions = st.booleans()
 
 
+def test_the_quadratic_of_eq_47_has_other_coefficients_than_printed() -> None:
+    r_s = 1e3 * EXACT["friction_radius_static"]
+    a = (50.8**2 - r_s**2) / 4.0  # mm^2
+    exact = a, LOAD * 50.8**2 / 2.0, a * LOAD**2
+    assert exact == pytest.approx((638.96, 2869.80e3, 3160.68e6), rel=1e-5)  # its digits
+    # Near a double root, five digits of the coefficients leave four of the roots.
+    assert np.roots([638.96, -2869.80e3, 3160.68e6]) == pytest.approx(
+        (2556.365, 1935.021), rel=1e-4
+    )
+    assert np.roots([638.7, -2869.6e3, 3149e6]) == pytest.approx((2587.3, 1905.6), rel=2e-5)
+
+
 def limits(arm: float, mu: float, load: float, vertical: bool, shaft: float = 0.5) -> Any:
     """Return the friction radius and the forces to lift and to hold of a pulley.
 
@@ -412,3 +424,24 @@ def test_without_losses_energy_is_kept_and_motion_reverses(data: Scenario) -> No
     back = bare | {"mechanism": data["mechanism"] | end}
     turned = simulate(back).channels["angle"][-1]
     assert close(turned, 0.0, 1e-6 * (1 + abs(run.channels["angle"][-1])))
+
+
+@examples(10)
+@given(scenarios())
+def test_terminal_velocity_balances_the_drag(data: Scenario) -> None:
+    geometry, friction = data["mechanism"], data["effects"]["shaft_friction"]
+    force, drag = 3.0 * geometry["load"], geometry["inertia"]  # a time constant of one second
+    data = changed(
+        data,
+        drive={"force": force, "direction": "vertical"},
+        effects={"shaft_friction": friction, "viscous_damping": {"coefficient": drag}},
+        solver={"duration": 30.0},
+    )
+    run = simulate(data)
+    if not run.transitions:
+        return  # this shaft holds thrice the load
+    torque = (force - geometry["load"]) * geometry["cord_radius"]
+    radius = friction_radius(friction["shaft_radius"], friction["mu_k"])
+    torque -= radius * (force + geometry["load"])
+    # exp(-30) of it is missing, and rtol 1e-9
+    assert drag * run.channels["angular_velocity"][-1] == pytest.approx(torque, rel=1e-8)

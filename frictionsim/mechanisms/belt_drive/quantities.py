@@ -251,7 +251,8 @@ def checks_of(run: "BeltSamples") -> dict[str, Check]:
         checks["dissipation_sign"] = _relative(
             driving, max(heat, SMALL_HEAT * largest), POWER_LIMIT
         )
-    checks["torque_balance"] = torque_balance(run)
+    if (balance := torque_balance(run)) is not None:
+        checks["torque_balance"] = balance
     return checks
 
 
@@ -259,11 +260,11 @@ def _relative(value: float, size: float, limit: float) -> Check:
     return Check(float(value / size if size > 0.0 else value) + 0.0, limit)  # no minus zero
 
 
-def torque_balance(run: "BeltSamples") -> Check:
+def torque_balance(run: "BeltSamples") -> Check | None:
     """Return the difference of two ways to one force at the pulley where it is most, and its limit.
 
     Both are means over the run, over the largest force; the limit counts what these are uncertain
-    by.
+    by. None where no pulley can be judged, as in a run of a few samples.
     """
     time, seen, radius = run.time, run.seen, run.radii
     path, belt = run.scenario.mechanism.path(), run.scenario.mechanism.belt
@@ -284,7 +285,9 @@ def torque_balance(run: "BeltSamples") -> Check:
     means = time_mean(time, fall), time_mean(time, torque)
     largest = max(MIN_FORCE * float(np.mean(spans)), float(np.max(np.abs(means))))
     limit = FORCE_LIMIT + uncertain / largest
-    worst = int(np.argmax(np.where(limit <= MAX_LIMIT, off / limit, 0.0)))
+    worst = int(np.argmax(np.where(limit <= MAX_LIMIT, off / limit, -1.0)))
+    if limit[worst] > MAX_LIMIT:
+        return None
     return Check(float(off[worst] / largest), float(limit[worst]))
 
 
