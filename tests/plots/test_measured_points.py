@@ -57,7 +57,7 @@ def test_points_of_a_member_are_beside_chosen_channels() -> None:
         ({"data": {"time": TIMES}, "measured": "mode=time"}, "measured: 'mode' counts"),
         (
             {"data": {"time": TIMES, "x": TIMES}, "measured": "angle=x", "view": "mechanism"},
-            "measured: the view 'mechanism' does not take it",
+            "measured: the view 'mechanism' does not take that",
         ),
     ],
 )
