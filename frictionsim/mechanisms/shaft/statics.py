@@ -98,7 +98,7 @@ def at_rest(scenario: ShaftScenario) -> StaticQuantities:
         rests += f" on its {STOPS[on_stop]} end stop, which takes {abs(torque):.6g} N m"
     quantities.notes = (f"{at}, it breaks away {WORDS[direction]}" if direction else rests,)
     if arm is None:
-        quantities.notes += (f"{at}, the shaft has no load: there is no lever arm",)
+        quantities.notes += (f"{at}, the loads add up to no force: there is no lever arm",)
     if speed is not None:
         does = f"turns the body at {speed(time):.6g} rad/s" if speed(time) else "holds the body"
         without = f"at {time:.6g} s, the drive {does}; all values and notes are of it without drive"
