@@ -87,7 +87,7 @@ def first(copy: Copy, chosen: list[Fault], anew: bool) -> int:
                 row.pop("ended", None)  # pytest was told to
             row["first"] = True
             _keep(fault, row)
-            print(f"{fault.name}: {row['tests'] or 'none'}, {row['seconds']} s", flush=True)
+            print(f"{fault.name}: {dict(row['tests']) or 'none'}, {row['seconds']} s", flush=True)
         missed += not row["tests"]
     return 1 if missed else 0
 
