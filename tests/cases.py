@@ -179,6 +179,10 @@ CHATTERING = {**SHORT, "solver__duration": 0.0005, "output__interval": 0.00005}
 PATCHED = {**SHORT, "solver__duration": 0.01}
 SMOOTHED = {"effects__shaft_friction__transition_speed": 1e-3, "solver__duration": 1.0}
 STEADY = {"speed": {"sine": {"mean": 2.0, "amplitude": 0.5, "frequency_hz": 1.0}}}
+BRAKED = {
+    "drive": {"speed": {"time": [0.0, 1.0, 1.1], "value": [4.0, 4.0, 0.0]}},
+    "solver__duration": 4.0,
+}
 FREE = {"drive": {"torque": 0.01}, "effects__gravity": None, "solver__duration": 1.0}
 CHATTER = "its heat of friction is that of steps that chatter about rest, which the scenario says"
 
@@ -218,6 +222,7 @@ CASES = [
     hard("no_static_friction", mirror=RAMP, slow=True),
     # --- lifts ------------------------------------------------------------------------------------
     Case("lift", golden=EXACT, mirror=OF_LIFT, sampled=LARGEST, model="lift"),
+    Case("lift", changes=BRAKED, mirror="its motion is given", sampled=LARGEST, word="given_speed"),
     hard("lift_moment_of_slack", mirror=OF_LIFT, sampled=LARGEST, slow=True),
     hard("lift_slack_rope", changes={"output__interval": 0.01}, mirror=OF_LIFT, sampled=LARGEST),
     hard("lift_traction_limit", mirror=AT_THE_LIMIT, sampled=LARGEST),
