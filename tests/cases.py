@@ -172,7 +172,13 @@ GIVEN = {
 OIL = {"mu_s": 0.3, "mu_k": 0.25, "name": "oil"}
 OILED = {"effects__patch": [{"from": 0.7, "to": 0.8, **OIL}, {"from": 0.3, "to": 0.6, **OIL}]}
 WORN = {**WHOLE, **OILED, "effects__wear": {}}
-GUIDED = {**WHOLE, "effects__contact": None, "effects__bending": None}
+# On a line, with dampers stiff enough to be solved for.
+GUIDED = {
+    **WHOLE,
+    "effects__contact": None,
+    "effects__bending": None,
+    "effects__axial_damping": {"coefficient": 40.0, "basis": "section"},
+}
 # The published law chatters about rest from a millisecond on: from there rounding decides.
 CHATTERING = {**SHORT, "solver__duration": 0.0005, "output__interval": 0.00005}
 # A contact of the patch that closes doubles what rounding differs by, from 0.01 s on.

@@ -9,8 +9,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.results import Record
-from tests.support.belt_scenarios import NO_MOTION_ACROSS, Array, pair, shipped, trio
-from tests.support.drawn_belts import drawn
+from tests.support.belt_scenarios import NO_MOTION_ACROSS, Array, pair, shipped, swinging
 from tests.support.falsified import falsified
 from tests.support.scenarios import simulate
 from tests.support.second_way import Recorded
@@ -40,27 +39,9 @@ def spans_of(done: Record) -> tuple[list[float | None], Array]:
     return quantities, mean(part.time, span_tensions(part))
 
 
-@pytest.mark.parametrize("seed", [0, 3])
-def test_a_span_reaches_from_the_last_body_on_a_pulley_to_the_first_on_the_next(seed: int) -> None:
-    done = simulate(drawn(seed, solver__backend="moreau"))
-    quantities, walked = spans_of(done)
-    assert quantities == pytest.approx(walked, rel=1e-9)  # sums in another order
-
-
 def test_spans_beside_a_pulley_that_nobody_touches_are_one() -> None:
     """A roller hardly touches the back of a belt that swings, and is left alone for a while."""
-    swing = {"sine": {"mean": 0.0, "amplitude": 16.0, "frequency_hz": 20.0}}
-    data = trio(
-        mechanism__belt__bodies=48,
-        drive__driver={"torque": swing},
-        drive__roller=None,
-        effects__patch=None,
-        effects__bending__damping=None,  # by the kernel of others
-        solver={"backend": "moreau", "duration": 0.1, "step": 1e-5},
-        output__interval=5e-4,
-    )
-    data["mechanism"]["pulleys"][1]["center"] = [0.2, -0.128]
-    done = simulate(data)
+    done = simulate(swinging())
     late = done.time >= 0.05 - 1e-9  # in the last period
     touched = np.any(done.channels["pulley_index"][late] == 1, axis=1)
     assert 0 < np.sum(touched) < len(touched)
