@@ -8,45 +8,30 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.results import Record
-from tests.support.belt_scenarios import NO_MOTION_ACROSS, Array, pair, shipped, swinging
+from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, shipped, swinging
 from tests.support.falsified import falsified
 from tests.support.scenarios import simulate
 from tests.support.second_way import Recorded
-from tests.support.second_way_belt import last, mean, span_tensions
-
-
-def spans_of(done: Record) -> tuple[list[float | None], Array]:
-    """Return the mean tensions of the spans, and those of a second way.
-
-    That walks from the last body on a pulley to the first on the next, sample by sample.
-    """
-    scenario = tomllib.loads(done.attributes["scenario"])
-    part = Recorded(scenario, done.time, dict(done.channels), [])
-    if "mean_duration" in done.quantities:  # of a whole period of the drive
-        begin = done.time[-1] - (done.quantities["mean_duration"].value or 0.0)
-        late = done.time >= begin - 1e-9
-        part = part._replace(
-            time=done.time[late], channels={k: v[late] for k, v in done.channels.items()}
-        )
-    else:
-        part = last(part)
-    names = done.members["pulley"]
-    quantities = [
-        done.quantities[f"tension_{one}_to_{other}"].value
-        for one, other in zip(names, names[1:] + names[:1], strict=True)
-    ]
-    return quantities, mean(part.time, span_tensions(part))
+from tests.support.second_way_belt import mean, span_tensions
 
 
 def test_spans_beside_a_pulley_that_nobody_touches_are_one() -> None:
     """A roller hardly touches the back of a belt that swings, and is left alone for a while."""
     done = simulate(swinging())
-    late = done.time >= 0.05 - 1e-9  # in the last period
+    late = done.time >= 0.05 - 1e-9  # in the last period, of which the means are
     touched = np.any(done.channels["pulley_index"][late] == 1, axis=1)
     assert 0 < np.sum(touched) < len(touched)
-    quantities, walked = spans_of(done)
-    assert quantities == pytest.approx(walked, rel=1e-9)
+    names = done.members["pulley"]
+    quantities = [
+        done.quantities[f"tension_{one}_to_{other}"].value
+        for one, other in zip(names, names[1:] + names[:1], strict=True)
+    ]
+    # From the last body on a pulley to the first on the next, sample by sample.
+    channels = {name: values[late] for name, values in done.channels.items()}
+    scenario = tomllib.loads(done.attributes["scenario"])
+    walked = span_tensions(Recorded(scenario, done.time[late], channels, []))
+    # Sums in another order.
+    assert quantities == pytest.approx(mean(done.time[late], walked), rel=1e-9)
     # Only where the roller is touched do the spans beside it differ.
     assert quantities[0] != quantities[1]
 

@@ -13,9 +13,9 @@ INERTIA = 2e-3  # kg m^2, of a pulley of `pair`
 DURATION = 0.05  # s
 
 
-def smooth_pulleys(signal: Any, key: str = "torque", **changes: Any) -> Scenario:
+def smooth_pulleys(signal: Any, **changes: Any) -> Scenario:
     """Return pulleys on which the belt slides without friction: nothing but torques turns them."""
-    rubs = {"effects__belt_friction": NO_FRICTION, "drive": {"driven": {key: signal}}}
+    rubs = {"effects__belt_friction": NO_FRICTION, "drive": {"driven": {"torque": signal}}}
     return pair(**NO_MOTION_ACROSS, **rubs, **changes)
 
 
