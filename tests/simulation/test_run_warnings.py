@@ -212,38 +212,6 @@ def test_what_stays_within_a_tenth_of_a_turn_is_resolved() -> None:
 # --- nothing moves --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("law", "backend"), [("set-valued", "events"), ("set-valued", "rkf45"), ("published", "rkf45")]
-)
-@pytest.mark.parametrize("seed", range(3))
-def test_warns_if_nothing_moves_with_the_ratio_to_the_static_limit(
-    seed: int, law: str, backend: str
-) -> None:
-    rng = random.Random(seed)
-    # Peaks near the force to lift, 2707.7 N, at sample times.
-    times = [0.0, 0.1, 0.2, 0.3]
-    force = {"time": times, "value": [rng.uniform(1700.0, 2760.0) for _ in times]}
-    record = simulate(
-        pulley(
-            drive__force=force,
-            drive__direction=rng.choice(["vertical", "horizontal"]),
-            effects__shaft_friction__law=law,
-            solver={"backend": backend, "duration": 0.4},
-            output__interval=0.01,
-        )
-    )
-    if record.status != "done":  # eq 30 chatters
-        return
-    channels = record.channels
-    rests = np.ptp(channels["angle"]) == 0.0 and not np.any(channels["angular_velocity"])
-    warnings = warnings_with(record, "nothing moves")
-    assert bool(warnings) is bool(rests)
-    if rests:
-        torque = (channels["drive_force"] - LOAD) * CORD_RADIUS
-        ratio = 100.0 * np.max(np.abs(torque) / (R_S * channels["shaft_reaction"]))
-        assert number_after(warnings[0], "torque is ") == pytest.approx(ratio, rel=1e-9)
-
-
 def test_the_ratio_to_the_static_limit_includes_peaks_between_samples() -> None:
     force = {"sine": {"mean": 2450.0, "amplitude": 257.7, "frequency_hz": 1.0}}
     record = simulate(pulley(drive__force=force, output__interval=1.0, output__at_events=False))
