@@ -3,10 +3,10 @@
     python -m tests.inventory                    write tests/inventory.json anew
     python -m tests.inventory diff OLD.json      what is gone (-) and new (+) since another one
 
-Keys and channels are in `scenarios/schemas`, and not here. Commands and exit codes are those of
-`--help`; views those that a refusal names; quantities and audits those of the golden results, of
-short runs where these have none, and of `static`. Warnings are the rows of docs/warnings.md, which
-`tests/docs` holds against the code.
+Commands and exit codes are those of `--help`; keys and channels those of the schemas; views those
+that a refusal names; quantities and audits those of the golden results, of short runs where these
+have none, and of `static`. Warnings are the rows of docs/warnings.md, which `tests/docs` holds
+against the code.
 """
 
 import contextlib
@@ -47,11 +47,14 @@ Inventory = dict[str, Any]
 
 def inventory() -> Inventory:
     """Return what the program offers: lists of names, by section and by what they belong to."""
+    schemas = {kind: fs.schema(kind) for kind in fs.kinds()}
     done = [fs.solve(name, overrides) for name, overrides in SHORT]
     return {
         "audits": _audits(done),
+        "channels": {kind: _channels(schema) for kind, schema in schemas.items()},
         "commands": _commands(),
         "exit codes": _exit_codes(),
+        "keys": {kind: sorted(set(_keys(schema, schema, ""))) for kind, schema in schemas.items()},
         "python": {name: _members(name) for name in dir(fs) if not name.startswith("_")},
         "quantities": _quantities(done),
         "scenarios": sorted(fs.scenarios()),
@@ -110,6 +113,36 @@ def _call(function: Any) -> str:
     parameters = inspect.signature(function).parameters.values()
     bare = [one.replace(annotation=one.empty) for one in parameters if one.name != "self"]
     return str(inspect.Signature(bare))
+
+
+def _keys(node: Any, schema: Any, path: str) -> Iterator[str]:
+    """Yield the keys below a node of a schema, with unit, choices and default."""
+    if "$ref" in node:
+        node = schema["$defs"][node["$ref"].rpartition("/")[2]] | node
+    for name, inner in node.get("properties", {}).items():
+        within = f"{path}.{name}" if path else name
+        if path != "output" or name != "channels":  # which have a section of their own
+            unit = f" [{inner['unit']}]" if "unit" in inner else ""
+            default = f" = {json.dumps(inner['default'])}" if "default" in inner else ""
+            yield f"{within}{unit}: {_type(inner)}{default}" if _type(inner) else within
+            yield from _keys(inner, schema, within)
+    for inner in (*node.get("oneOf", ()), *node.get("anyOf", ())):
+        yield from _keys(inner, schema, path)
+    for of, ending in (("items", "[]"), ("additionalProperties", ".<name>")):
+        if isinstance(node.get(of), dict):
+            yield from _keys(node[of], schema, path + ending)
+
+
+def _type(node: Any) -> str:
+    """Return the type of a key, or its choices; of several forms all simple ones."""
+    forms = [node, *node.get("oneOf", ()), *node.get("anyOf", ())]
+    choices = [" | ".join(map(str, form["enum"])) for form in forms if "enum" in form]
+    types = [form["type"] for form in forms if "type" in form and form["type"] != "object"]
+    return " or ".join(choices or dict.fromkeys(types))
+
+
+def _channels(schema: Any) -> list[str]:
+    return sorted(schema["$defs"]["Output"]["properties"]["channels"]["items"]["enum"])
 
 
 def _golden() -> Iterator[tuple[str, list[str], list[str]]]:

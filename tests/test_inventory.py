@@ -20,7 +20,7 @@ def test_the_inventory_is_that_of_the_program(present: inventory.Inventory) -> N
 
 
 def test_each_section_names_something_for_each_kind(present: inventory.Inventory) -> None:
-    for section in ("audits", "quantities", "views"):
+    for section in ("audits", "channels", "keys", "quantities", "views"):
         assert all(present[section].values()), section
     assert all(present["commands"].values())
 
