@@ -119,7 +119,10 @@ class PlotOptions(Options):
     def check_for(self, drawn: str) -> None:
         """Raise ArgumentError if an option does not apply to a subject, a key of `APPLY`."""
         for name, field in type(self).model_fields.items():
-            if name not in APPLY[drawn] and getattr(self, name) != field.default:
+            value, default = getattr(self, name), field.default
+            # A table of pandas, as `data` may be, has no truth value.
+            given = value is not None if default is None else value != default
+            if given and name not in APPLY[drawn]:
                 fit = " or ".join(other for other, names in APPLY.items() if name in names)
                 raise ArgumentError(name, f"it applies to {fit}, not to {drawn}")
 
@@ -144,8 +147,9 @@ class PlotOptions(Options):
         """Return a figure that is drawn in this size and style, or the given one."""
         sizes = {name: getattr(self, name) for name in ("width", "height", "dpi")}
         if figure is not None:
-            for name in (name for name, given in sizes.items() if given):
-                raise ArgumentError(name, "is of a new picture; leave it out with a figure")
+            for name, size in sizes.items():
+                if size is not None:
+                    raise ArgumentError(name, "it applies to a new picture, not to a given figure")
         return drawn(drawing, figure, **sizes, title=self.title, style=self.style)
 
 
@@ -354,7 +358,7 @@ def animate(
     if no_clobber:
         check_free(target, ANIMATIONS[".gif"])
     moving.check_animation(target)
-    result = source if isinstance(source, Result) else open_result(source)
+    result = source if isinstance(source, Result) else open_result(as_path("source", source))
     name = str(result.path or "")
     moving.animate(result.record, target, options.fps, options.speed, progress, name)
     return target

@@ -18,6 +18,7 @@ from frictionsim.errors import (
     BudgetExceeded,
     InputError,
     SolverError,
+    counted,
     failure_class,
 )
 from frictionsim.results import (
@@ -524,7 +525,7 @@ class Result(ResultBase):
     def __repr__(self) -> str:
         n, events = len(self.record.channels["time"]), len(self.record.events["time"])
         title = f" '{self.title}'" if self.title else ""
-        counts = f"{n} samples, {events} event{'' if events == 1 else 's'}"
+        counts = f"{counted(n, 'sample')}, {counted(events, 'event')}"
         return f"<frictionsim.Result {self.kind}{title}: {self.status}, {counts}>"
 
     def __getstate__(self) -> dict[str, Any]:

@@ -148,8 +148,8 @@ def resume(
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
         output = whole_name(path)
+    files = _files(output, path, no_clobber)
     try:
-        files = _files(output, path, no_clobber)
         done = _simulate(scenario, files, limits, progress, state)
     except InputError as error:
         name = "this result" if path is None else path

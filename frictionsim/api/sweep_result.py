@@ -20,6 +20,7 @@ from frictionsim.errors import (
     EXIT_AUDIT_FAILED,
     EXIT_DONE,
     EXIT_SOLVER_FAILED,
+    counted,
     exit_code_of_interruption,
 )
 from frictionsim.io.names import existing_name, partial_name, whole_name
@@ -432,4 +433,5 @@ def _group_lines(word: str, groups: list[Group]) -> Document:
         runs = f", {group.runs} runs" if several else f", run {group.first_run}"
         yield f"{word}{runs}: {group.text}" + f" (run {group.first_run})" * several
     if rest := groups[MAX_GROUPS:]:
-        yield f"{word}: {len(rest)} more kinds, in {sum(g.runs for g in rest)} runs"
+        runs = sum(group.runs for group in rest)
+        yield f"{word}: {counted(len(rest), 'further kind')}, in {counted(runs, 'run')}"
