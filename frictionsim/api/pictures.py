@@ -131,7 +131,7 @@ class PlotOptions(Options):
         given = {name: getattr(self, name) for name in ("time", "window", "channels", "body")}
         shown = {name: value for name, value in given.items() if value not in (None, WHOLE, ())}
         if result is None or not self.measured:
-            if self.data is not None:
+            if self.data is not None or self.units:
                 raise ArgumentError("measured", "missing; expected channels that the data are of")
             return shown
         from frictionsim.fits.data import FitOptions, measured

@@ -348,8 +348,8 @@ class Result(ResultBase):
     def save(self, path: str | PathLike[str], *, no_clobber: bool = False) -> Path:
         """Write the result file, whole or not at all; it holds no wall times.
 
-        That of a run that is not done is NAME.partial.h5, and can be resumed as before. `path` of a
-        result that was in no file is this one.
+        That of a run that is not done is NAME.partial.h5, and can be resumed as before. Sets
+        `path` of a result that was in no file.
 
         Parameters
         ----------
@@ -378,7 +378,7 @@ class Result(ResultBase):
     def save_csv(
         self,
         path: str | PathLike[str],
-        channels: Sequence[str] | None = None,
+        channels: str | Sequence[str] | None = None,
         *,
         start: float | None = None,
         stop: float | None = None,
@@ -394,7 +394,7 @@ class Result(ResultBase):
         ----------
         path : path
             Written whole or not at all.
-        channels : sequence of str, optional
+        channels : str or sequence of str, optional
             By default all; the time is the first column.
         start, stop : float, optional, s
             Only the samples between these times, both included.

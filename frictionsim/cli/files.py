@@ -88,8 +88,6 @@ def _print_csv(content: "fs.Result | Sweep", output: Path | None, chosen: dict[s
     """Print a result or sweep as CSV, or write it to a file."""
     if chosen and not isinstance(content, fs.Result):
         raise InputError("show: --channels, --from and --to are for the result of a run")
-    if "channels" in chosen:
-        chosen["channels"] = [name.strip() for name in chosen["channels"].split(",")]
     if output is not None:
         print_data(str(content.save_csv(output, **chosen)))
         return

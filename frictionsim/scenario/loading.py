@@ -91,7 +91,7 @@ def load(
         )
     path = scenario_file(source)
     if "\n" in str(path):
-        raise InputError("load: load() expects a path; use loads() for TOML text")
+        raise InputError("expected the path of a scenario; frictionsim.loads takes TOML text")
     return load_file(path, overrides, backend)
 
 

@@ -34,7 +34,7 @@ def warnings_of(scenario: Any) -> list[str]:
         )
     if interval > duration:
         warnings.append(
-            f"output.interval = {interval} s is longer than the run: only its start and end are"
+            f"output.interval = {interval:g} s is longer than the run: only its start and end are"
             " sampled"
         )
         return warnings
