@@ -146,7 +146,7 @@ CONTACT_WORDS = {STICK: "sticks", FORWARD: "slips forward", BACKWARD: "slips bac
 
 BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 SKY, BLACK, ORANGE, GREY = "#56B4E9", "#000000", "#E69F00", "#777777"
-WINE, WHITE, BROWN = "#882255", "#FFFFFF", "#8A6100"
+WINE, WHITE = "#882255", "#FFFFFF"
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, BLACK, ORANGE, GREY)
 """Of lines, in this order."""
 
@@ -163,8 +163,8 @@ DASHES: tuple[tuple[float, ...], ...] = (
 )
 """Of lines, one for each colour, for grey print: dashes and gaps in widths of a line."""
 
-# Shades of areas, behind lines: sticking phases, pulleys, and the arcs of pulleys, repeated.
-STICK_SHADE, PULLEY_SHADE = "#E5E5E5", "#EEEEEE"
+# Shades of areas, behind lines: sticking phases, and the arcs of pulleys, repeated.
+STICK_SHADE = "#E5E5E5"
 ARC_SHADES = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")
 CORD_STICKS_SHADE, CORD_SLIPS_SHADE = "#DCEBF5", "#FBE0CC"
 

@@ -16,8 +16,8 @@ from frictionsim.fits.fit import fit as fit_problem
 from frictionsim.fits.outcome import OUT_OF_REACH, FitOutcome, TargetResiduals, outcome_json
 from frictionsim.fits.problem import FitProblem, check_runs, free_keys
 from frictionsim.fits.search import MAX_ITERATIONS
+from frictionsim.scenario.arguments import as_path
 from frictionsim.scenario.loading import ScenarioSource
-from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Scenario
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from frictionsim.api.opening import files_of, names_of, opened, result_or_sweep
 from frictionsim.api.result import Result
 from frictionsim.api.result import open as open_result
-from frictionsim.api.sweep_result import Sweep
+from frictionsim.api.sweep_result import Sweep, quantities_of
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.output_file import ANIMATIONS, PICTURE, check_apart, check_free
 from frictionsim.plots import (
@@ -229,8 +229,7 @@ def _sweep(sweep: Sweep, options: PlotOptions) -> _Subject:
     table = sweep.table
 
     def drawing(view: str | None) -> Drawing:
-        names = [name.strip() for name in view.split(",")] if view else []
-        return partial(draw_sweep, table, names, options.at)
+        return partial(draw_sweep, table, quantities_of(view), options.at)
 
     def every() -> tuple[dict[str, Drawing], list[str]]:
         defined = [name for name in table.values if is_defined(table, name)]

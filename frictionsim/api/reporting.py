@@ -117,10 +117,7 @@ def _html_of_one(source: Any) -> str:
         if path.is_file() and COSTS.recognises(path):
             from frictionsim.io.cost_table import read_csv
 
-            table = read_csv(path)
-            # A table of an earlier version does not name its study.
-            named = table if table.title or table.kind else table._replace(title=path.name)
-            return _html_of_costs(named, str(path))
+            return _html_of_costs(read_csv(path), str(path))
         if path.is_file() and path.suffix == ".csv":
             words = "neither a table of 'frictionsim cost' nor a result"
             if SWEEP_IN_CSV.recognises(path):

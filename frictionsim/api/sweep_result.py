@@ -433,5 +433,5 @@ def _group_lines(word: str, groups: list[Group]) -> Document:
         runs = f", {group.runs} runs" if several else f", run {group.first_run}"
         yield f"{word}{runs}: {group.text}" + f" (run {group.first_run})" * several
     if rest := groups[MAX_GROUPS:]:
-        runs = sum(group.runs for group in rest)
-        yield f"{word}: {counted(len(rest), 'further kind')}, in {counted(runs, 'run')}"
+        count = sum(group.runs for group in rest)
+        yield f"{word}: {counted(len(rest), 'further kind')}, in {counted(count, 'run')}"

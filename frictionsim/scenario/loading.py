@@ -40,8 +40,6 @@ from frictionsim.scenario.validation import (
     validate_model,
 )
 
-__all__ = ["ValidationFailure", "load", "loads", "validate"]
-
 ScenarioSource = str | PathLike[str] | Mapping[str, Any]
 
 

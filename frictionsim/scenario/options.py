@@ -10,9 +10,7 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, model_validator
 
 from frictionsim.errors import ArgumentError
-from frictionsim.scenario.arguments import as_path as as_path
-from frictionsim.scenario.arguments import plain_number
-from frictionsim.scenario.arguments import text_of as text_of
+from frictionsim.scenario.arguments import plain_number, text_of
 from frictionsim.scenario.schema import Params
 from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
 
