@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.errors import BudgetExceeded
+from frictionsim.errors import BudgetExceeded, counted
 from frictionsim.mechanisms.belt_drive.belt import BLOCK, Array, Belt, belt_of, initial_state
 from frictionsim.mechanisms.belt_drive.compilation import seconds_of_compilation
 from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
@@ -94,7 +94,7 @@ class BeltDrive:
         if left > 0:
             return left
         raise BudgetExceeded(
-            f"limit of {solver.max_steps} steps reached at t = {t:.9g} s of the belt;"
+            f"limit of {counted(solver.max_steps, 'step')} reached at t = {t:.9g} s of the belt;"
             f" {self._scenario.budget_advice}, or give it fewer bodies"
         )
 
@@ -160,5 +160,5 @@ def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:
     """Return the times at which a drive or its derivative jumps, s: a step ends there."""
     terms = (term for drive in scenario.drive.values() for term in drive.terms)
     signals = (signal_from(term) for term in terms if not isinstance(term, SpeedTable))
-    times = {t for signal in signals for t in signal.corners()}
-    return sorted(t for t in times if t < scenario.solver.duration)
+    times = {t for signal in signals for t in signal.knots}
+    return sorted(t for t in times if 0.0 < t < scenario.solver.duration)
