@@ -154,9 +154,10 @@ class PlotOptions(Options):
 
 
 SIZES = {"width", "height", "dpi", "title", "style"}
-ONE, SEVERAL, SWEEP, ANIMATION = (
-    *("the result of a run", "several results", "a sweep", "an animation"),
-)
+ONE = "the result of a run"
+SEVERAL = "several results"
+SWEEP = "a sweep"
+ANIMATION = "an animation"
 # The options that apply, by what is drawn.
 APPLY = {
     ONE: SIZES | {"view", "body", "time", "window", "channels", "data", "measured", "units"},

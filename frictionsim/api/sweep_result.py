@@ -412,7 +412,8 @@ def _shown(table: SweepTable) -> Callable[[str, float | None], str]:
 def _indices_parts(indices: dict[str, Any]) -> Document:
     """Yield the Sobol indices with their basis, or why a quantity has none."""
     rows: dict[str, list[tuple[str, ...]]] = {}
-    for name, (basis, keys) in ((name, data.values()) for name, data in indices.items()):
+    for name, data in indices.items():
+        basis, keys = data["basis"], data["keys"]
         if all(found["first"] is None for found in keys.values()):
             yield f"{name}: {basis}"
             continue
