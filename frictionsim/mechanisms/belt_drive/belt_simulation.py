@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.errors import BudgetExceeded, counted
+from frictionsim.errors import BudgetExceeded
 from frictionsim.mechanisms.belt_drive.belt import BLOCK, Array, Belt, belt_of, initial_state
 from frictionsim.mechanisms.belt_drive.compilation import seconds_of_compilation
 from frictionsim.mechanisms.belt_drive.equilibrium import Rest, at_rest
@@ -94,7 +94,7 @@ class BeltDrive:
         if left > 0:
             return left
         raise BudgetExceeded(
-            f"limit of {counted(solver.max_steps, 'step')} reached at t = {t:.9g} s of the belt;"
+            f"limit of {solver.max_steps} steps reached at t = {t:.9g} s of the belt;"
             f" {self._scenario.budget_advice}, or give it fewer bodies"
         )
 
