@@ -29,7 +29,7 @@ def quantity_text(value: float | None, error: float | None = None, digits: int =
     """Return a quantity in the digits that the estimate of its error bears.
 
     The last digit has the place of the first one of the error, as `error_text` shows it: 2707.703
-    with 4.2e-03. There are at least one digit and at most DIGITS.
+    with 4.2e-03. There is at least one digit, and at most DIGITS.
 
     Parameters
     ----------
@@ -42,11 +42,11 @@ def quantity_text(value: float | None, error: float | None = None, digits: int =
         return number_text(value)
     # The places of its first and last digit, 0 for units; rounding may move the first.
     first = int(f"{value:.{digits - 1}e}".partition("e")[2])
-    told = bool(error) and isfinite(error or 0.0)
-    last = int(error_text(error).partition("e")[2]) if told else first - digits + 1
+    is_known = bool(error) and isfinite(error or 0.0)
+    last = int(error_text(error).partition("e")[2]) if is_known else first - digits + 1
     last = min(max(last, first - DIGITS + 1), first)
     text = number_text(round(value, -last))
-    if last >= 0 or not (told or digits < DIGITS):
+    if last >= 0 or not (is_known or digits < DIGITS):
         return text
     # Its zeros at the end are known, too.
     return f"{value:.{first - last}e}" if "e" in text else f"{value:.{-last}f}"
@@ -146,7 +146,7 @@ CONTACT_WORDS = {STICK: "sticks", FORWARD: "slips forward", BACKWARD: "slips bac
 
 BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 SKY, BLACK, ORANGE, GREY = "#56B4E9", "#000000", "#E69F00", "#777777"
-WINE, WHITE, BROWN = "#882255", "#FFFFFF", "#8A6100"
+WINE, WHITE = "#882255", "#FFFFFF"
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, BLACK, ORANGE, GREY)
 """Of lines, in this order."""
 
@@ -163,8 +163,8 @@ DASHES: tuple[tuple[float, ...], ...] = (
 )
 """Of lines, one for each colour, for grey print: dashes and gaps in widths of a line."""
 
-# Shades of areas, behind lines: sticking phases, pulleys, and the arcs of pulleys, repeated.
-STICK_SHADE, PULLEY_SHADE = "#E5E5E5", "#EEEEEE"
+# Shades of areas, behind lines: sticking phases, and the arcs of pulleys, repeated.
+STICK_SHADE = "#E5E5E5"
 ARC_SHADES = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")
 CORD_STICKS_SHADE, CORD_SLIPS_SHADE = "#DCEBF5", "#FBE0CC"
 

@@ -97,8 +97,10 @@ def _lines_of_table(table: Table) -> list[str]:
     lines = []
     for part in parts:
         of_part = [[row[i] for i in part] for row in rows]
-        told = [row for row in of_part if any(cell not in NOTHING for cell in row[names_of_rows:])]
-        lines += _aligned([headings[i] for i in part], told)
+        filled = [
+            row for row in of_part if any(cell not in NOTHING for cell in row[names_of_rows:])
+        ]
+        lines += _aligned([headings[i] for i in part], filled)
     return lines
 
 

@@ -221,7 +221,9 @@ def near_files(path: Path, suffixes: tuple[str, ...]) -> str:
 
     try:
         names = [file.name for file in path.parent.iterdir() if file.suffix in suffixes]
-    except OSError:
+    except (FileNotFoundError, NotADirectoryError):
         return f" (there is no folder '{path.parent}')"
+    except OSError:  # the folder may not be listed
+        return ""
     near = get_close_matches(path.name, names, n=1)
     return f" (did you mean '{path.with_name(near[0])}'?)" if near else ""

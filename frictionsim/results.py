@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 STICK, FORWARD, BACKWARD = 0, 1, -1
-# Of a belt: a pulley that no body touches; a span with and without tension.
+# A pulley that no body touches; a span of a belt, or a rope, with and without tension.
 OPEN, TAUT, SLACK = 2, 3, 4
 
 Flags = tuple[tuple[int, str], ...]
@@ -61,7 +61,7 @@ class Transition(NamedTuple):
 
     time: float  # s
     contact: str
-    mode_from: int  # 0 sticking, +1 and -1 sliding; of belts also OPEN, TAUT and SLACK, see MODES
+    mode_from: int  # 0 sticking, +1 and -1 sliding; the others are in MODES
     mode_to: int
     position: float | None = None  # rad; None of a belt
 

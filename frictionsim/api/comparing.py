@@ -18,7 +18,7 @@ from frictionsim.io.comparison import (
 )
 from frictionsim.results import finite
 from frictionsim.scenario.arguments import as_number, as_path
-from frictionsim.scenario.options import names_of
+from frictionsim.scenario.options import as_names
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -84,7 +84,7 @@ def compare(
     given = {"rtol": rtol, "atol": atol, "time_atol": time_atol}
     limits = [as_number(name, value, zero=True) for name, value in given.items()]
     try:
-        ignored = names_of(ignore)
+        ignored = as_names(ignore)
     except ValueError as error:
         raise ArgumentError("ignore", str(error)) from None
     named = _named("result", result, "the result"), _named("golden", golden, "the golden result")

@@ -60,7 +60,7 @@ def events_dataset(record: "Record") -> xarray.Dataset:
         name: _variable(("event",), values, record.of_event(name))
         for name, values in arrays.items()
     }
-    words = {"long_name": "contact that changes its mode"}
+    words = {"long_name": record.of_event("contact").long_name}
     variables["contact"] = (("event",), np.array(contacts, dtype=str), words)
     coordinates = {
         "event": _numbers("event", len(contacts), "event"),

@@ -16,8 +16,8 @@ from frictionsim.fits.fit import fit as fit_problem
 from frictionsim.fits.outcome import OUT_OF_REACH, FitOutcome, TargetResiduals, outcome_json
 from frictionsim.fits.problem import FitProblem, check_runs, free_keys
 from frictionsim.fits.search import MAX_ITERATIONS
+from frictionsim.scenario.arguments import as_path
 from frictionsim.scenario.loading import ScenarioSource
-from frictionsim.scenario.options import as_path
 from frictionsim.scenario.settings import Scenario
 
 if TYPE_CHECKING:
@@ -288,10 +288,11 @@ def fit(
 
     def on_runs(further: int) -> None:
         nonlocal runs
-        for _ in range(further or bool(runs)):
-            runs += bool(further)
-            if options.progress is not None:
-                options.progress(runs)
+        before, runs = runs, runs + further
+        if options.progress is not None:
+            # Of no further ones the number is told again: the fit goes on.
+            for number in range(before + 1, runs + 1) if further else [runs] * bool(runs):
+                options.progress(number)
 
     found = fit_problem(FitProblem(given, keys, its_data, on_runs), options)
     origin = given.origin

@@ -35,8 +35,8 @@ def result_or_sweep(path: Path) -> "Result | Sweep":
     return Sweep(content, path)
 
 
-def opened(source: Any, *kinds: type[ResultBase]) -> Any:
-    """Return what an argument `result` is: one of some kinds, of a dataset its sweep, or a file."""
+def opened(source: Any, *kinds: type[ResultBase], argument: str = "result") -> Any:
+    """Return what an argument is: one of some kinds, of a dataset its sweep, or what a file has."""
     if isinstance(source, kinds):
         return source
     if hasattr(source, "data_vars"):
@@ -44,7 +44,7 @@ def opened(source: Any, *kinds: type[ResultBase]) -> Any:
         from frictionsim.api.sweep_result import Sweep
 
         return Sweep(sweep_table(source))
-    return result_or_sweep(as_path("result", source))
+    return result_or_sweep(as_path(argument, source))
 
 
 def file_to_resume(path: Path) -> tuple[Path, Result | None]:

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from frictionsim.api.opening import files_of, names_of, opened, result_or_sweep
 from frictionsim.api.result import Result
 from frictionsim.api.result import open as open_result
-from frictionsim.api.sweep_result import Sweep
+from frictionsim.api.sweep_result import Sweep, quantities_of
 from frictionsim.errors import ArgumentError, InputError
 from frictionsim.io.output_file import ANIMATIONS, PICTURE, check_apart, check_free
 from frictionsim.plots import (
@@ -119,7 +119,10 @@ class PlotOptions(Options):
     def check_for(self, drawn: str) -> None:
         """Raise ArgumentError if an option does not apply to a subject, a key of `APPLY`."""
         for name, field in type(self).model_fields.items():
-            if name not in APPLY[drawn] and getattr(self, name) != field.default:
+            value, default = getattr(self, name), field.default
+            # A table of pandas, as `data` may be, has no truth value.
+            given = value is not None if default is None else value != default
+            if given and name not in APPLY[drawn]:
                 fit = " or ".join(other for other, names in APPLY.items() if name in names)
                 raise ArgumentError(name, f"it applies to {fit}, not to {drawn}")
 
@@ -128,7 +131,7 @@ class PlotOptions(Options):
         given = {name: getattr(self, name) for name in ("time", "window", "channels", "body")}
         shown = {name: value for name, value in given.items() if value not in (None, WHOLE, ())}
         if result is None or not self.measured:
-            if self.data is not None:
+            if self.data is not None or self.units:
                 raise ArgumentError("measured", "missing; expected channels that the data are of")
             return shown
         from frictionsim.fits.data import FitOptions, measured
@@ -144,15 +147,17 @@ class PlotOptions(Options):
         """Return a figure that is drawn in this size and style, or the given one."""
         sizes = {name: getattr(self, name) for name in ("width", "height", "dpi")}
         if figure is not None:
-            for name in (name for name, given in sizes.items() if given):
-                raise ArgumentError(name, "is of a new picture; leave it out with a figure")
+            for name, size in sizes.items():
+                if size is not None:
+                    raise ArgumentError(name, "it applies to a new picture, not to a given figure")
         return drawn(drawing, figure, **sizes, title=self.title, style=self.style)
 
 
 SIZES = {"width", "height", "dpi", "title", "style"}
-ONE, SEVERAL, SWEEP, ANIMATION = (
-    *("the result of a run", "several results", "a sweep", "an animation"),
-)
+ONE = "the result of a run"
+SEVERAL = "several results"
+SWEEP = "a sweep"
+ANIMATION = "an animation"
 # The options that apply, by what is drawn.
 APPLY = {
     ONE: SIZES | {"view", "body", "time", "window", "channels", "data", "measured", "units"},
@@ -225,8 +230,7 @@ def _sweep(sweep: Sweep, options: PlotOptions) -> _Subject:
     table = sweep.table
 
     def drawing(view: str | None) -> Drawing:
-        names = [name.strip() for name in view.split(",")] if view else []
-        return partial(draw_sweep, table, names, options.at)
+        return partial(draw_sweep, table, quantities_of(view), options.at)
 
     def every() -> tuple[dict[str, Drawing], list[str]]:
         defined = [name for name in table.values if is_defined(table, name)]
@@ -354,7 +358,7 @@ def animate(
     if no_clobber:
         check_free(target, ANIMATIONS[".gif"])
     moving.check_animation(target)
-    result = source if isinstance(source, Result) else open_result(source)
+    result = source if isinstance(source, Result) else open_result(as_path("source", source))
     name = str(result.path or "")
     moving.animate(result.record, target, options.fps, options.speed, progress, name)
     return target

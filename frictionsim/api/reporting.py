@@ -78,7 +78,7 @@ def report(
 
 def _html(sources: Sequence[Any]) -> str:
     if not sources:
-        raise ArgumentError("result", "expected a result or several, got none")
+        raise ArgumentError("source", "expected a result or several, got none")
     if len(sources) > MAX_RESULTS:
         raise InputError(
             f"a report compares at most {MAX_RESULTS} results, got {len(sources)}; give fewer,"
@@ -90,7 +90,7 @@ def _html(sources: Sequence[Any]) -> str:
     for number, (source, place) in enumerate(zip(sources, places, strict=True)):
         if place in places[:number]:
             raise InputError(f"{source}: this result is given twice; compare it with another one")
-    runs = [opened(source, Result) for source in sources]
+    runs = [opened(source, Result, argument="source") for source in sources]
     for source, run in zip(sources, runs, strict=True):
         if not isinstance(run, Result):
             raise InputError(
@@ -104,7 +104,7 @@ def _place(source: Any) -> Any:
     """Return what is the same of a result that is given twice."""
     if isinstance(source, Result):
         return id(source)
-    path = as_path("result", source)
+    path = as_path("source", source)
     try:
         return path.resolve()
     except (OSError, RuntimeError):  # a link that leads to itself
@@ -113,20 +113,17 @@ def _place(source: Any) -> Any:
 
 def _html_of_one(source: Any) -> str:
     if isinstance(source, str | PathLike):
-        path = as_path("result", source)
+        path = as_path("source", source)
         if path.is_file() and COSTS.recognises(path):
             from frictionsim.io.cost_table import read_csv
 
-            table = read_csv(path)
-            # A table of an earlier version does not name its study.
-            named = table if table.title or table.kind else table._replace(title=path.name)
-            return _html_of_costs(named, str(path))
+            return _html_of_costs(read_csv(path), str(path))
         if path.is_file() and path.suffix == ".csv":
             words = "neither a table of 'frictionsim cost' nor a result"
             if SWEEP_IN_CSV.recognises(path):
                 words = "a sweep in CSV; give its file in HDF5"
             raise InputError(f"{path}: cannot make a report: this is {words}")
-    content = opened(source, Result, Sweep, Study)
+    content = opened(source, Result, Sweep, Study, argument="source")
     if isinstance(content, Study):
         return _html_of_costs(content.table, "")
     return _html_of_sweep(content) if isinstance(content, Sweep) else _html_of_runs([content])
@@ -157,8 +154,8 @@ def _html_of_runs(runs: Sequence[Result]) -> str:
     for other in runs:
         if other.kind != first.kind:
             raise InputError(
-                f"cannot compare results of unlike kinds: {_name(first)} is of kind {first.kind},"
-                f" {_name(other)} of kind {other.kind}; give results of one kind"
+                f"cannot compare results of different kinds: {_name(first)} is of kind"
+                f" {first.kind}, {_name(other)} of kind {other.kind}; give results of one kind"
             )
     return run_report(
         [

@@ -18,6 +18,7 @@ from frictionsim.errors import (
     BudgetExceeded,
     InputError,
     SolverError,
+    counted,
     failure_class,
 )
 from frictionsim.results import (
@@ -347,8 +348,8 @@ class Result(ResultBase):
     def save(self, path: str | PathLike[str], *, no_clobber: bool = False) -> Path:
         """Write the result file, whole or not at all; it holds no wall times.
 
-        That of a run that is not done is NAME.partial.h5, and can be resumed as before. `path` of a
-        result that was in no file is this one.
+        That of a run that is not done is NAME.partial.h5, and can be resumed as before. Sets
+        `path` of a result that was in no file.
 
         Parameters
         ----------
@@ -377,7 +378,7 @@ class Result(ResultBase):
     def save_csv(
         self,
         path: str | PathLike[str],
-        channels: Sequence[str] | None = None,
+        channels: str | Sequence[str] | None = None,
         *,
         start: float | None = None,
         stop: float | None = None,
@@ -393,7 +394,7 @@ class Result(ResultBase):
         ----------
         path : path
             Written whole or not at all.
-        channels : sequence of str, optional
+        channels : str or sequence of str, optional
             By default all; the time is the first column.
         start, stop : float, optional, s
             Only the samples between these times, both included.
@@ -524,7 +525,7 @@ class Result(ResultBase):
     def __repr__(self) -> str:
         n, events = len(self.record.channels["time"]), len(self.record.events["time"])
         title = f" '{self.title}'" if self.title else ""
-        counts = f"{n} samples, {events} event{'' if events == 1 else 's'}"
+        counts = f"{counted(n, 'sample')}, {counted(events, 'event')}"
         return f"<frictionsim.Result {self.kind}{title}: {self.status}, {counts}>"
 
     def __getstate__(self) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from json import dumps
 from typing import TYPE_CHECKING, NamedTuple
 
-from frictionsim.document import as_text
+from frictionsim.document import Table, as_text
 from frictionsim.errors import InputError, overflow_refused, unknown
 from frictionsim.reports.run_tables import Column, digits_of, quantities_table
 from frictionsim.results import Quantities, StaticQuantities, defined
@@ -151,8 +151,6 @@ def scenarios() -> "dict[str, Path]":
 
 def list_of_scenarios() -> str:
     """Return the kinds and the shipped scenarios with their titles, as text."""
-    from frictionsim.document import Table
-
     kinds = Table(("kind",), [(kind,) for kind in kind_names()])
     rows = []
     for name, path in shipped_scenarios().items():

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from frictionsim.api.result import Result, checkpoint_of
 from frictionsim.api.scenarios import with_overrides
-from frictionsim.errors import FrictionsimError, InputError, OutputError
+from frictionsim.errors import InputError, OutputError, SolverError
 from frictionsim.scenario.arguments import as_number, as_path, check_progress, check_switches
 from frictionsim.scenario.loading import ScenarioSource
 from frictionsim.scenario.settings import Scenario
@@ -148,12 +148,9 @@ def resume(
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
         output = whole_name(path)
-    try:
-        files = _files(output, path, no_clobber)
-        done = _simulate(scenario, files, limits, progress, state)
-    except InputError as error:
-        name = "this result" if path is None else path
-        raise InputError(f"{name}: cannot resume this run: {error}") from None
+    files = _files(output, path, no_clobber)
+    resumed = "this result" if path is None else str(path)
+    done = _simulate(scenario, files, limits, progress, state, resumed)
     return done.check() if check else done
 
 
@@ -189,6 +186,7 @@ def _simulate(
     limits: _Limits,
     progress: OnTime,
     state: dict[str, Any] | None = None,
+    resumed: str = "",
     estimate_error: bool = False,
 ) -> Result:
     # Without a file an interrupted run cannot be saved: Ctrl-C raises at once.
@@ -204,6 +202,10 @@ def _simulate(
                 estimate = estimate_errors(scenario, done, monitor, limits.steps)
     except _ProgressFailed as failed:
         raise failed.__cause__ or failed from None
+    except InputError as error:
+        if resumed:
+            raise InputError(f"{resumed}: cannot resume this run: {error}") from None
+        raise
     if stop is not None and stop.received:
         raise KeyboardInterrupt(f"run {done.status}; its samples are in {path}")
     return Result(done, path, scenario, estimate)
@@ -231,7 +233,10 @@ class _ProgressFailed(Exception):
 
 
 class _ProgressFunction(RunMonitor):
-    """A function of the user, or a monitor, whose errors differ in class from those of the run."""
+    """A function of the user, or a monitor, whose errors differ in class from those of the run.
+
+    But SolverError, which ends a run that is kept.
+    """
 
     def __init__(self, progress: Callable[[float], Any]) -> None:
         self._progress = monitor_of(progress)
@@ -239,7 +244,7 @@ class _ProgressFunction(RunMonitor):
     def __call__(self, t: float, /) -> None:
         try:
             self._progress(t)
-        except FrictionsimError:
+        except SolverError:
             raise
         except Exception as error:
             raise _ProgressFailed from error

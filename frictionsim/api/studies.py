@@ -14,9 +14,10 @@ from frictionsim.costs.study_table import recommended_lines, table_json
 from frictionsim.display import error_text, number_text, short_text
 from frictionsim.document import Cell, Data, Document, Number, Table
 from frictionsim.io.cost_table import COUNTS, RELATIVE, CostTable
+from frictionsim.scenario.arguments import as_path
 from frictionsim.scenario.loading import ScenarioSource
-from frictionsim.scenario.options import as_path
-from frictionsim.scenario.settings import Origin, Scenario
+from frictionsim.scenario.origin import Origin
+from frictionsim.scenario.settings import Scenario
 
 if TYPE_CHECKING:
     import xarray

@@ -20,6 +20,7 @@ from frictionsim.errors import (
     EXIT_AUDIT_FAILED,
     EXIT_DONE,
     EXIT_SOLVER_FAILED,
+    counted,
     exit_code_of_interruption,
 )
 from frictionsim.io.names import existing_name, partial_name, whole_name
@@ -411,7 +412,8 @@ def _shown(table: SweepTable) -> Callable[[str, float | None], str]:
 def _indices_parts(indices: dict[str, Any]) -> Document:
     """Yield the Sobol indices with their basis, or why a quantity has none."""
     rows: dict[str, list[tuple[str, ...]]] = {}
-    for name, (basis, keys) in ((name, data.values()) for name, data in indices.items()):
+    for name, data in indices.items():
+        basis, keys = data["basis"], data["keys"]
         if all(found["first"] is None for found in keys.values()):
             yield f"{name}: {basis}"
             continue
@@ -432,4 +434,5 @@ def _group_lines(word: str, groups: list[Group]) -> Document:
         runs = f", {group.runs} runs" if several else f", run {group.first_run}"
         yield f"{word}{runs}: {group.text}" + f" (run {group.first_run})" * several
     if rest := groups[MAX_GROUPS:]:
-        yield f"{word}: {len(rest)} more kinds, in {sum(g.runs for g in rest)} runs"
+        count = sum(group.runs for group in rest)
+        yield f"{word}: {counted(len(rest), 'further kind')}, in {counted(count, 'run')}"

@@ -130,6 +130,13 @@ class _Command(TyperCommand):
         names = [(one.required, name) for name, one in self._arguments]
         return ["[OPTIONS]", *(name if required else f"[{name}]" for required, name in names)]
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        try:
+            return super().parse_args(ctx, args)
+        except typer.TyperException as error:  # an option without its value does not name it
+            vars(error)["ctx"] = ctx
+            raise
+
     def format_options(self, ctx: Any, formatter: Any) -> None:
         if rows := [(name, one.get_help_record(ctx)[1]) for name, one in self._arguments]:
             with formatter.section("Arguments"):

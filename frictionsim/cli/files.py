@@ -88,8 +88,6 @@ def _print_csv(content: "fs.Result | Sweep", output: Path | None, chosen: dict[s
     """Print a result or sweep as CSV, or write it to a file."""
     if chosen and not isinstance(content, fs.Result):
         raise InputError("show: --channels, --from and --to are for the result of a run")
-    if "channels" in chosen:
-        chosen["channels"] = [name.strip() for name in chosen["channels"].split(",")]
     if output is not None:
         print_data(str(content.save_csv(output, **chosen)))
         return
@@ -172,7 +170,7 @@ def plot(
     --no-clobber --json
     """
     log_on_stderr(0)
-    from frictionsim.api.pictures import PlotOptions, SavedPictures, save_pictures
+    from frictionsim.api.pictures import ANIMATION, PlotOptions, SavedPictures, save_pictures
 
     checked = PlotOptions.of(window=(start, stop), title=not no_title, **options)
     if animate is None:
@@ -180,7 +178,7 @@ def plot(
     else:
         if output is not None:
             raise ArgumentError("output", "it does not apply to an animation")
-        checked.check_for("an animation")
+        checked.check_for(ANIMATION)
         if len(result) > 1:
             raise ArgumentError(
                 "animate",
@@ -274,7 +272,7 @@ def warm_up(kind: str | None = None, quiet: bool = False) -> None:
     from frictionsim.api.scenarios import warming
 
     total, has_kernels = 0.0, False
-    with CommandMonitor(1.0, quiet=True) as monitor:
+    with CommandMonitor(quiet=True) as monitor:
         for scenario, backend, seconds in warming(kind, monitor):
             total, has_kernels = total + seconds, True
             if not quiet:

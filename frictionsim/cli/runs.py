@@ -256,7 +256,7 @@ def load_scenario(
     """Read and validate a scenario, as `frictionsim.load`; "-" is the standard input."""
     if source != STDIN:
         return fs.load(source, overrides, backend)
-    from frictionsim.scenario.settings import STDIN as NAME
+    from frictionsim.scenario.origin import STDIN_NAME
     from frictionsim.scenario.toml_data import NoUsableText, read_text
 
     if sys.stdin is None:
@@ -270,7 +270,7 @@ def load_scenario(
         raise ScenarioError(
             [f"-: expected a scenario in TOML on the standard input, {at}"]
         ) from None
-    return fs.loads(text, overrides, backend, name=NAME)
+    return fs.loads(text, overrides, backend, name=STDIN_NAME)
 
 
 def _load_all(
@@ -312,13 +312,15 @@ def stem_of(source: str) -> str:
     return "stdin" if source == STDIN else Path(source).stem
 
 
-def made_folder(folder: Path = RESULTS, way: str = "give a file with -o") -> Path:
-    """Return a folder for results, which is made; `way` is the way out where it cannot be."""
+def made_folder(folder: Path = RESULTS) -> Path:
+    """Return a folder for results, which is made."""
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
         reason = "this is a file" if exists(folder) else error.strerror
-        raise OutputError(f"cannot create the folder '{folder}' ({reason}); {way}") from None
+        raise OutputError(
+            f"cannot create the folder '{folder}' ({reason}); give another with -o"
+        ) from None
     return folder
 
 
@@ -333,7 +335,7 @@ def _targets(sources: Sequence[str], output: str | None, no_clobber: bool) -> li
     is_folder = output is None or output.endswith(("/", sep)) or isdir(output)
     if output is not None and len(sources) == 1 and not is_folder:
         return [Path(output)]
-    folder = made_folder() if output is None else Path(output)
+    folder = RESULTS if output is None else Path(output)
     targets: dict[Path, str] = {}
     for source in sources:
         target = folder / f"{stem_of(source)}.h5"
@@ -343,7 +345,7 @@ def _targets(sources: Sequence[str], output: str | None, no_clobber: bool) -> li
                 " by one, each with its -o"
             )
         targets[target] = source
-    made_folder(folder, "give another folder with -o")
+    made_folder(folder)
     if len(sources) > 1:
         from frictionsim.io.run_files import RunFiles
 

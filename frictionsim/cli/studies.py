@@ -66,10 +66,7 @@ def cost(
 
     log_on_stderr(0)
     loaded = load_scenario(scenario, overrides)
-    with (
-        CommandMonitor(loaded.solver.duration) as monitor,
-        StatusLine() as line,
-    ):
+    with CommandMonitor() as monitor, StatusLine() as line:
         checked = CostOptions.of(progress=line, **options)
         _check_files({"--csv": (csv, COSTS), "--plot": (plot, PICTURE)}, no_clobber)
         study = Study(loaded.origin, *run_study(loaded, checked, monitor))

@@ -263,10 +263,12 @@ class CommandSignals(StopSignals):
 class CommandMonitor(Monitors[Any]):
     """Watches a command: stop signals, compilations, and with `shown` progress on a terminal.
 
-    `duration`, s, is that of a run; None for a sweep.
+    The progress is that of a run of this duration, s, or else of a sweep.
     """
 
-    def __init__(self, duration: float | None, shown: bool = False, quiet: bool = False) -> None:
+    def __init__(
+        self, duration: float | None = None, shown: bool = False, quiet: bool = False
+    ) -> None:
         self.signals, self._quiet = CommandSignals(), quiet
         bar: list[Monitor[Any]] = []
         if shown and is_terminal(sys.stderr):
@@ -279,7 +281,7 @@ class CommandMonitor(Monitors[Any]):
     def compiling(self, expected: float) -> Iterator[None]:
         """Announce a compilation, with a sign of life on a terminal."""
         if not self._quiet:
-            print_on_stderr(f"frictionsim: {compilation_text(expected)}")
+            print_error(compilation_text(expected))
         if self._quiet or not is_terminal(sys.stderr):
             yield
             return

@@ -23,11 +23,12 @@ from frictionsim.errors import (
 from frictionsim.io.cost_table import RELATIVE, CostTable, Error, Row
 from frictionsim.results import Quantity, Record, SolverStatistics, failures
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.scenario.loading import validate
 from frictionsim.scenario.methods import METHODS, REGULARISED, SET_VALUED, laws_of, methods_of
 from frictionsim.scenario.options import Names, Options, as_list, function_of
 from frictionsim.scenario.overrides import apply_overrides
 from frictionsim.scenario.schema import unit_field
+from frictionsim.scenario.validation import ValidationFailure
 from frictionsim.scenario.variants import (
     TOLERANCES,
     Limit,

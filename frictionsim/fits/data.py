@@ -11,14 +11,13 @@ import numpy as np
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.scenario.arguments import ColumnKey
+from frictionsim.scenario.arguments import ColumnKey, as_path
 from frictionsim.scenario.csv_columns import CsvColumn, NoSuchColumn, read_columns
 from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.options import (
     ColumnsOption,
     Options,
     as_list,
-    as_path,
     by_name,
     columns_of,
     function_of,

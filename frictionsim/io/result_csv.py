@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from frictionsim.errors import ArgumentError, InputError, unknown
+from frictionsim.scenario.options import as_list
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -24,13 +25,13 @@ class Writable(Protocol):
 def write_lines(
     record: "Record",
     file: Writable,
-    channels: Sequence[str] | None = None,
+    channels: str | Sequence[str] | None = None,
     start: float | None = None,
     stop: float | None = None,
 ) -> None:
     """Write the lines of `Result.save_csv` to a text file; see there."""
-    known = record.channels
-    for name in channels or ():
+    known, wanted = record.channels, [] if channels is None else as_list(channels)
+    for name in wanted:
         if name not in known:
             raise ArgumentError("channels", unknown("channel", name, list(known)))
     time = record.time
@@ -39,7 +40,7 @@ def write_lines(
     if first >= last and time.size and (start, stop) != (None, None):
         ends = f"the samples are from {time[0]:.9g} s to {time[-1]:.9g} s"
         raise InputError(f"no sample is between the times that are given; {ends}")
-    names = list(dict.fromkeys(("time", *(channels or known))))
+    names = list(dict.fromkeys(("time", *(wanted or known))))
     headings: list[str] = []
     for name in names:
         axis = record.axes[name]

@@ -1,28 +1,15 @@
 """The kinds of mechanism, by the name that a scenario gives as `kind`.
 
 Each is a folder with its channels, the tables of its scenarios, its equations and its statics. The
-folder itself exports
-
-    SCENARIO              the model of its scenario files, with the supported PAIRS of friction
-                          law and method, and its CHANNELS
-    simulation(scenario)  the `Simulation` of a scenario
-    statics(scenario)     the quantities of impending motion
-    PANELS                the channels of its default plot
-    METRICS               the error metrics of a work-precision study
-    EXAMPLE               TOML text of a scenario to start from; for kinds from outside the package,
-                          which have no scenario of their name in `scenarios/`
-
-and, to replace the defaults of `frictionsim.costs`, ladders(scenario, tolerances),
-references(scenario, rtol) and tighter(scenario): the settings of a study, its references, and the
-more accurate setting of `solve --estimate-error`. A kind with a mesh may have mesh_study, with what
-`belt_drive.study` has: a study then compares meshes, too.
+folder itself exports what `extension` says that the module of a kind has. A kind with a mesh may
+have mesh_study, with what `belt_drive.study` has: a study then compares meshes, too.
 
 A mechanism of one coordinate composes its equations from the effects of the scenario in
 build(scenario). `single_dof` has the parts that all of them share: the base of the scenario, the
 common channels, METRICS and `simulation`.
 
-A new mechanism is a folder of this package, a line in `frictionsim.scenario.kinds` and a module of
-its name in `plots` and in `motion`; or a module of another package with an entry point of the group
-`frictionsim.kinds`. `extension` has what
-such a module needs, and says what is stable.
+A new mechanism is a folder of this package, a line in `frictionsim.scenario.kinds`, its views in
+`plots.kinds` and a module of its name in `motion`; or a module of another package with an entry
+point of the group `frictionsim.kinds`. `extension` has what such a module needs, and says what is
+stable.
 """

@@ -52,7 +52,8 @@ Equation of motion of one coordinate
 Results
     Channel, base_channels, Quantity, Quantities, Transition, STICK
     Record: the content of a result file, for a view
-    Metric, METRICS, SINGLE_DOF_METRICS, ENERGY_BALANCE
+    Metric, METRICS, ENERGY_BALANCE
+    SINGLE_DOF_METRICS: METRICS without the heat of friction
 
 A mechanism that does not fit into one coordinate
     Simulation: the protocol of what `simulation(scenario)` returns

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from frictionsim.results import Quantities
     from frictionsim.simulation.mechanism import Derived, Simulation
 
-# The modes of one coordinate; the others are of belts.
+# The modes of dry friction; the others are of belts and ropes.
 SINGLE_DOF_MODES: Flags = tuple(flag for flag in MODES if flag[0] in (BACKWARD, STICK, FORWARD))
 
 # The error metrics of a work-precision study.

@@ -12,7 +12,7 @@ import numpy as np
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, PulleyCircle, belt_path
 from frictionsim.motion.parts import Arrow, Body, Detail, Line, Motion, Part, Readout
-from frictionsim.motion.samples import MAX_FRAMES, Samples, scenario_in
+from frictionsim.motion.samples import MAX_FRAMES, REFUSED, Samples, scenario_in
 from frictionsim.motion.shapes import bounds_around, scale_of, wheel
 from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
@@ -143,8 +143,8 @@ def _wheels(at: Samples, pulleys: "list[PulleyCircle]") -> list[Body]:
     angles = at.get("pulley_angle")
     if angles is not None and angles.shape[1] != len(pulleys):
         raise InputError(
-            f"cannot show this result in motion: it has angles of {angles.shape[1]} pulleys,"
-            f" its scenario has {len(pulleys)}"
+            f"{REFUSED}: it has angles of {angles.shape[1]} pulleys, its scenario has"
+            f" {len(pulleys)}"
         )
     return [
         Body(

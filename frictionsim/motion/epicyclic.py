@@ -12,7 +12,7 @@ import numpy as np
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.epicyclic.equation import constants_of, path_of
 from frictionsim.motion.parts import Arrow, Body, Disc, Line, Motion, Outline, Part
-from frictionsim.motion.samples import Samples, scenario_in
+from frictionsim.motion.samples import REFUSED, Samples, scenario_in
 from frictionsim.motion.shapes import bounds_of, ray, scale_of, torque_arc, vectors
 
 if TYPE_CHECKING:
@@ -62,8 +62,8 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
         reach = max(reach, float(np.hypot(*traced.T).max()))
     else:
         raise InputError(
-            "cannot show this result in motion: it has neither the channel angle nor tracer_x and"
-            " tracer_y (see output.channels)"
+            f"{REFUSED}: it has neither the channel angle nor tracer_x and tracer_y (see"
+            " output.channels)"
         )
     scale = scale_of(forces, ARROW * gear.length)
     bounds = bounds_of(forces, reach, 2.0 * POINT * size, scale)

@@ -101,13 +101,13 @@ def _forces(at: Samples, scenario: "MarbleMachineScenario", cell: "Integers") ->
     """Return the forces on gear and pinion; none without a channel that they depend on."""
     if "tooth_force_tangential" not in at or "tooth_force_radial" not in at:
         return []
-    machine, gravity = scenario.mechanism, scenario.effects.gravity
+    machine = scenario.mechanism
     tangential, radial = at["tooth_force_tangential"], at["tooth_force_radial"]
     azimuth, gear = radians(machine.mesh_azimuth_deg), machine.gear_ratio * machine.pinion_radius
     out = np.array([cos(azimuth), sin(azimuth)])
     teeth, axis = (f * out + at.still[:, None] for f in (gear, gear + machine.pinion_radius))
     along, inward = tangential[:, None] * (-out[1], out[0]), -radial[:, None] * out
-    g, n = gravity.g if gravity else 0.0, machine.carried
+    g, n = scenario.effects.g, machine.carried
     marble, own = (vectors(at.still, -m * g) for m in (machine.marble_mass, machine.gear_mass))
     resultant = along + inward + own + n * marble
     lever = reaction(-resultant[:, 0], -resultant[:, 1], at.get("friction_torque", at.still))

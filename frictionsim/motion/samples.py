@@ -8,8 +8,9 @@ import numpy as np
 from frictionsim.display import CONTACT_WORDS, MAX_DRAWN
 from frictionsim.errors import InputError
 from frictionsim.motion.parts import Readout
-from frictionsim.scenario.loading import ValidationFailure, validate
+from frictionsim.scenario.loading import validate
 from frictionsim.scenario.toml_data import scenario_of
+from frictionsim.scenario.validation import ValidationFailure
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array, Integers
@@ -25,8 +26,9 @@ def scenario_in(record: "Record") -> Any:
     try:
         return validate(scenario_of(record), None)
     except ValidationFailure as failure:
+        faults = "; ".join(failure.lines())
         raise InputError(
-            f"cannot draw this result: the scenario in it is not valid: {failure}"
+            f"cannot draw this result: the scenario in it is not valid: {faults}"
         ) from None
 
 

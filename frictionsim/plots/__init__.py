@@ -182,7 +182,7 @@ def check_several(records: Sequence["Record"], names: Sequence[str]) -> None:
     for record, name in zip(records, names, strict=True):
         if record.attributes["kind"] != kind:
             raise InputError(
-                f"cannot draw results of unlike kinds over each other: {names[0]} is of kind"
+                f"cannot draw results of different kinds over each other: {names[0]} is of kind"
                 f" '{kind}', {name} of kind '{record.attributes['kind']}'"
             )
         if not record.channels["time"].size:

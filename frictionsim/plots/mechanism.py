@@ -39,6 +39,7 @@ from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.output_file import ANIMATIONS, check_output, write_file
 from frictionsim.motion import motion_of
 from frictionsim.motion.parts import Arrow, Body, Disc, Line
+from frictionsim.motion.samples import REFUSED
 from frictionsim.motion.shapes import bar_below
 from frictionsim.plots.style import (
     DOTS_PER_INCH,
@@ -404,7 +405,7 @@ def animate(
     except InputError as error:
         raise InputError(f"{name}: {error}" if name else str(error)) from None
     if motion is None:
-        raise InputError("cannot show this result in motion: there is no drawing of its kind")
+        raise InputError(f"{REFUSED}: there is no drawing of its kind")
     fps = rate_of(kind, fps)
     frames = frames_of(motion.time, fps, speed)
     with styled(), TemporaryDirectory(prefix="frictionsim-") as folder:

@@ -15,7 +15,7 @@ from math import isfinite, nan
 from pathlib import Path
 from typing import NamedTuple
 
-from frictionsim.errors import InputError, unknown
+from frictionsim.errors import InputError, counted, unknown
 from frictionsim.scenario.arguments import ColumnKey
 from frictionsim.scenario.units import bare, factor, fits, heading, is_unit
 
@@ -158,7 +158,7 @@ def _parts(
     places = {c: c - 1 if isinstance(c, int) else rows[header].place(c) for c in wanted}
     most = max(len(row.cells) for row in rows)
     if over := [column for column, place in places.items() if place >= most]:
-        raise InputError(f"'{path}' has {most} columns, and no number {over[0]}")
+        raise InputError(f"'{path}' has {counted(most, 'column')}, and no number {over[0]}")
     first = header + 1
     while first < len(rows) and not any(_is_number(rows[first].cell(i)) for i in places.values()):
         first += 1

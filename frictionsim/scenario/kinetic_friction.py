@@ -180,7 +180,7 @@ def _forms(points: type[Params], curve: type[Params]) -> Any:
     def form(given: Any) -> str | None:
         if not isinstance(given, dict | KineticCurve):
             return NUMBER
-        known = ["speed", "value", "stribeck"]  # or what is misspelt, to be told
+        known = ["speed", "value", "stribeck"]  # or what is misspelt, for the message
         near = [key if key in known else closest(str(key), known) for key in dict(given)]
         return tags["stribeck" in near] if any(near) else None
 

@@ -40,8 +40,6 @@ from frictionsim.scenario.validation import (
     validate_model,
 )
 
-__all__ = ["ValidationFailure", "load", "loads", "validate"]
-
 ScenarioSource = str | PathLike[str] | Mapping[str, Any]
 
 
@@ -91,7 +89,7 @@ def load(
         )
     path = scenario_file(source)
     if "\n" in str(path):
-        raise InputError("load: load() expects a path; use loads() for TOML text")
+        raise InputError("expected the path of a scenario; frictionsim.loads takes TOML text")
     return load_file(path, overrides, backend)
 
 

@@ -2,8 +2,6 @@
 
 A scenario names the law in its friction effect (`effects.<friction>.law`) and the method as
 `solver.backend`. A kind of mechanism has one of the tables of pairs below (`Scenario.PAIRS`).
-
-The module of a pair for belts has its class as `STEPPER`; `frictionsim.solvers` has the others.
 """
 
 from collections.abc import Mapping

@@ -8,8 +8,6 @@ from pydantic.fields import FieldInfo
 
 from frictionsim.errors import unknown
 
-PURE_NUMBER = "1"
-
 # Described last: how a scenario is solved comes after what it is.
 LAST = ("solver", "output")
 # The key that stands for a name which the scenario is free to choose.
@@ -175,6 +173,6 @@ def _description_of_one(model: type[BaseModel], key: str) -> tuple[str, str]:
         field = fields[0]
         words = field.description or words
         if field.annotation is int or int in get_args(field.annotation):
-            unit = PURE_NUMBER
+            unit = "1"  # a pure number
         unit = unit_of(field) or unit
     return unit, words or key

@@ -10,9 +10,7 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, model_validator
 
 from frictionsim.errors import ArgumentError
-from frictionsim.scenario.arguments import as_path as as_path
-from frictionsim.scenario.arguments import plain_number
-from frictionsim.scenario.arguments import text_of as text_of
+from frictionsim.scenario.arguments import plain_number, text_of
 from frictionsim.scenario.schema import Params
 from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
 
@@ -58,7 +56,8 @@ def as_list(given: Any) -> list[Any]:
     return list(given) if isinstance(given, Iterable) else [given]
 
 
-def names_of(given: Any) -> tuple[str, ...]:
+def as_names(given: Any) -> tuple[str, ...]:
+    """Return names of a list or of a text with commas; raise ValueError if one is no text."""
     names = as_list(given)
     for name in names:
         if not isinstance(name, str):
@@ -66,7 +65,7 @@ def names_of(given: Any) -> tuple[str, ...]:
     return tuple(names)
 
 
-Names = Annotated[tuple[str, ...], BeforeValidator(names_of)]
+Names = Annotated[tuple[str, ...], BeforeValidator(as_names)]
 
 
 def function_of(arguments: str) -> BeforeValidator:
@@ -133,9 +132,8 @@ def columns_of(given: Any) -> dict[str, str | int]:
             if not isinstance(column, str | int) or isinstance(column, bool):
                 raise ValueError(f"{name}: expected a column, got {column!r}")
         return dict(given)
-    pairs = (
-        name.partition("=") for name in ([given] if isinstance(given, str) else names_of(given))
-    )
+    names = [given] if isinstance(given, str) else as_names(given)
+    pairs = (name.partition("=") for name in names)
     return {
         name.strip(): column_of(column.strip()) if equals else name.strip()
         for name, equals, column in pairs

@@ -10,7 +10,7 @@ PACKAGE = Path(__file__).parents[1]
 # A wheel has them inside the package, a source tree beside it.
 PLACES = PACKAGE / "scenarios", PACKAGE.parent / "scenarios"
 FOLDERS = "hard", "validation"  # beside the examples: hard for a solver, benchmarks of others
-STDIN = "<stdin>"  # the source of a scenario from the standard input
+STDIN_NAME = "<stdin>"  # the source of a scenario from the standard input
 
 
 def shipped_scenarios() -> dict[str, Path]:
@@ -75,7 +75,7 @@ class Origin(NamedTuple):
         from shlex import join
 
         options = (part for override in self.overrides for part in ("--set", override))
-        name = "-" if self.source == STDIN else shipped_name(self.source)
+        name = "-" if self.source == STDIN_NAME else shipped_name(self.source)
         return join(["frictionsim", "solve", name, *options])
 
 

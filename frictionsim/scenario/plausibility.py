@@ -34,7 +34,7 @@ def warnings_of(scenario: Any) -> list[str]:
         )
     if interval > duration:
         warnings.append(
-            f"output.interval = {interval} s is longer than the run: only its start and end are"
+            f"output.interval = {interval:g} s is longer than the run: only its start and end are"
             " sampled"
         )
         return warnings
@@ -109,7 +109,7 @@ def _questions(table: Params, path: str = "") -> Iterator[str]:
             yield f"{key} = {value:g} m/s^2 is above {MAX_G:g} m/s^2; did you mean 9.81?"
         elif name == "inertia":
             radius = next((values[r] for r in RADII if r in values), 0.0)
-            mass = 2.0 * value / radius**2 if 0.0 < radius <= MAX_RADIUS else 0.0
+            mass = 2.0 * value / radius / radius if 0.0 < radius <= MAX_RADIUS else 0.0
             if mass > MAX_DISC:
                 yield (
                     f"{key} = {value:g} kg m^2 is that of a disc of {mass:.3g} kg with the radius"

@@ -9,8 +9,7 @@ from pydantic import Field, PrivateAttr, field_validator, model_validator
 from frictionsim.errors import ScenarioError, unknown
 from frictionsim.results import Channel
 from frictionsim.scenario import methods
-from frictionsim.scenario.origin import STDIN as STDIN
-from frictionsim.scenario.origin import Origin as Origin
+from frictionsim.scenario.origin import Origin
 from frictionsim.scenario.plausibility import MAX_SAMPLES, warnings_of
 from frictionsim.scenario.schema import Params, inconsistent, unit_field
 

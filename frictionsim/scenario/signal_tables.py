@@ -164,7 +164,9 @@ class CsvTable(Params):
         None, description="Column of the values, by name or number; the second if left out."
     )
     delimiter: Literal[";", "\t", ",", " ", "|"] | None = Field(
-        None, description="Character between cells; if left out `;`, tab, `,` or blank, as found."
+        None,
+        description="Character between cells; if left out `;`, tab, `,` or blank, as found;"
+        " `|` is not sought.",
     )
     decimal: Literal[".", ","] | None = Field(
         None, description="Decimal mark of the numbers; if left out as found."
@@ -352,5 +354,5 @@ def extremes(signal: Any, end: float) -> tuple[float, float]:
         t = curve.next_extremum(t)
     others = [0.0]
     if over_speed is not None:
-        others = [over_speed(s * w) for w in (0.0, *over_speed.corners()) for s in (-1.0, 1.0)]
+        others = [over_speed(speed) for speed in (0.0, *over_speed.knots)]
     return min(values) + min(others), max(values) + max(others)

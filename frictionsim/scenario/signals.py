@@ -38,11 +38,12 @@ class Signal:
 
     def __init__(self, pieces: Sequence[CubicPiece], harmonic: Harmonic | None = None) -> None:
         self.pieces, self.harmonic = tuple(pieces), harmonic
-        self._knots = [piece.knot for piece in self.pieces[1:]]
+        # The times at which a derivative jumps, s.
+        self.knots = [piece.knot for piece in self.pieces[1:]]
 
     def __call__(self, t: float) -> float:
         """Return the value at time t, s."""
-        knot, c0, c1, c2, c3 = self.pieces[bisect_right(self._knots, t)]
+        knot, c0, c1, c2, c3 = self.pieces[bisect_right(self.knots, t)]
         x = t - knot
         value = c0 + x * (c1 + x * (c2 + x * c3))
         if self.harmonic is not None:
@@ -52,7 +53,7 @@ class Signal:
 
     def derivative(self, t: float) -> float:
         """Return the derivative at time t, s; the one-sided derivative after t if it jumps."""
-        knot, _, c1, c2, c3 = self.pieces[bisect_right(self._knots, t)]
+        knot, _, c1, c2, c3 = self.pieces[bisect_right(self.knots, t)]
         x = t - knot
         rate = c1 + x * (2.0 * c2 + x * (3.0 * c3))
         if self.harmonic is not None:
@@ -62,16 +63,12 @@ class Signal:
 
     def next_discontinuity(self, t: float) -> float:
         """Return the first time after t, s, at which a derivative jumps; inf if there is none."""
-        i = bisect_right(self._knots, t)
-        return self._knots[i] if i < len(self._knots) else inf
+        i = bisect_right(self.knots, t)
+        return self.knots[i] if i < len(self.knots) else inf
 
     def corners(self) -> tuple[float, ...]:
         """Return the sizes of all places but 0 at which a derivative jumps, ascending."""
-        sizes, x = set[float](), self.next_discontinuity(-inf)
-        while x < inf:
-            sizes.add(abs(x))
-            x = self.next_discontinuity(x)
-        return tuple(sorted(sizes - {0.0}))
+        return tuple(sorted({abs(x) for x in self.knots} - {0.0}))
 
     def next_extremum(self, t: float) -> float:
         """Return a time after t, s, up to which the signal is monotone and smooth; inf if all."""
@@ -97,7 +94,7 @@ class Signal:
 
     def curvature(self, begin: float, end: float) -> float:
         """Return a bound of the second derivative between two such times, per s^2."""
-        knot, _, _, c2, c3 = self.pieces[bisect_right(self._knots, begin)]
+        knot, _, _, c2, c3 = self.pieces[bisect_right(self.knots, begin)]
         bound = max(abs(2.0 * c2 + 6.0 * c3 * (t - knot)) for t in (begin, end))
         if self.harmonic is not None:
             bound += abs(self.harmonic.amplitude) * self.harmonic.angular_frequency**2
@@ -105,7 +102,7 @@ class Signal:
 
     def bend(self, t: float) -> tuple[float, float]:
         """Return the second derivative just after t, s, and a bound of the third one."""
-        knot, _, _, c2, c3 = self.pieces[bisect_right(self._knots, t)]
+        knot, _, _, c2, c3 = self.pieces[bisect_right(self.knots, t)]
         second, third = 2.0 * c2 + 6.0 * c3 * (t - knot), abs(6.0 * c3)
         if self.harmonic is not None:
             amplitude, omega, phase = self.harmonic
@@ -136,6 +133,7 @@ class Sum(Signal):
     def __init__(self, terms: Sequence[Signal]) -> None:
         super().__init__([CubicPiece(0.0, 0.0)])
         self.terms = tuple(terms)
+        self.knots = sorted({knot for term in terms for knot in term.knots})
         fastest = [term.harmonic.angular_frequency for term in terms if term.harmonic]
         self._least = LEAST_PHASE / max(fastest, default=inf)
 
@@ -144,9 +142,6 @@ class Sum(Signal):
 
     def derivative(self, t: float) -> float:
         return sum([term.derivative(t) for term in self.terms])
-
-    def next_discontinuity(self, t: float) -> float:
-        return min([term.next_discontinuity(t) for term in self.terms])
 
     def next_extremum(self, t: float) -> float:
         """Return a time after t, s, up to which the sum is monotone, but for roundoff, and smooth.
@@ -168,6 +163,13 @@ class Sum(Signal):
             falls = 2.0 * abs(rate) / (root - second) if second < 0.0 else 0.0
             x += max(falls or (second + root) / third, least)
         return min(x, end)
+
+    def extremes(self, begin: float, end: float) -> tuple[float, float]:
+        lows, highs = zip(*[term.extremes(begin, end) for term in self.terms], strict=True)
+        return sum(lows), sum(highs)
+
+    def curvature(self, begin: float, end: float) -> float:
+        return sum([term.curvature(begin, end) for term in self.terms])
 
     def bend(self, t: float) -> tuple[float, float]:
         bends = [term.bend(t) for term in self.terms]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from frictionsim.simulation.mechanism import Simulation
 
 BREAKAWAY, REST, REVERSAL = "breakaway", "comes to rest", "reverses"
-# Of a pulley that no body touches, and of a span with and without tension.
+# Of a pulley that no body touches, and of a span or rope with and without tension.
 ENGAGEMENT: dict[float, str] = {
     value: word for value, word in MODES if value in (OPEN, TAUT, SLACK)
 }

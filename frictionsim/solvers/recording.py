@@ -13,7 +13,6 @@ class SampleTimes:
 
     def __init__(self, duration: float, interval: float) -> None:
         self._interval, self._end, self._given = interval, duration, array("d")
-        self.count = 0  # of the samples so far
         # A multiple that differs from the duration by rounding is replaced by the duration.
         self._last = floor(duration / interval * (1.0 - 1e-12))
 
@@ -31,15 +30,6 @@ class SampleTimes:
         if number <= self._last:
             return number * self._interval
         return self._end if number == self._last + 1 else inf
-
-    @property
-    def next(self) -> float:
-        """The time of the next sample, s; inf after the last."""
-        return self.at(self.count)
-
-    def advance(self) -> None:
-        """Count a sample."""
-        self.count += 1
 
 
 class Recording:

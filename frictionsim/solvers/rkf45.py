@@ -9,7 +9,7 @@ from collections.abc import Callable
 from math import inf, isfinite, ulp
 from typing import Any, NamedTuple
 
-from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow
+from frictionsim.errors import BudgetExceeded, NonFinite, StepUnderflow, counted
 
 # Fehlberg 1969 (NASA TR R-315), table III, formula 2: nodes, stages, order 5, error estimate.
 C2, C3, C4, C6 = 1 / 4, 3 / 8, 12 / 13, 1 / 2  # C5 = 1
@@ -253,8 +253,8 @@ def check_budget(step: Any, tol: Tolerances) -> None:
     """Raise BudgetExceeded if the limit of steps is reached."""
     if step.taken + step.rejected - tol.granted >= tol.max_steps:
         raise BudgetExceeded(
-            f"limit of {tol.max_steps} steps reached at t = {step.t:.9g} s of {tol.subject};"
-            f" {tol.budget_advice}"
+            f"limit of {counted(tol.max_steps, 'step')} reached at t = {step.t:.9g} s of"
+            f" {tol.subject}; {tol.budget_advice}"
         )
 
 

@@ -80,9 +80,10 @@ def test_each_is_checked_shown_drawn_and_saved_in_the_same_words(
             with pytest.raises(fs.InputError, match=r"expected a name that ends in \..*or \.svg"):
                 result.save(tmp_path / name)
 
-    for source, function in ((study, fs.plot), (done[".toml"], fs.report)):
-        with pytest.raises(fs.ArgumentError, match=r"result: expected a path, got (Study|Fit)"):
-            function(source, "a.html")
+    with pytest.raises(fs.ArgumentError, match="result: expected a path, got Study"):
+        fs.plot(study)
+    with pytest.raises(fs.ArgumentError, match="source: expected a path, got Fit"):
+        fs.report(done[".toml"], "a.html")
 
 
 @pytest.mark.parametrize("name", ["a.HDF5", "a", "run_0.3"])

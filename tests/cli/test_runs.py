@@ -48,7 +48,7 @@ def test_warnings_agree_in_json_result_file_and_stderr(told: Run) -> None:
     del data["effects"]["shaft_friction"]
     Path("s.toml").write_text(tomli_w.dumps(data))
     warnings = [
-        "output.interval = 9.0 s is longer than the run: only its start and end are sampled",
+        "output.interval = 9 s is longer than the run: only its start and end are sampled",
         "output.channels: this scenario has no channel 'energy_friction'; it is left out",
     ]
     stderr = [f"frictionsim: warning: {warning}" for warning in warnings]

@@ -213,7 +213,7 @@ def test_failed_runs_and_runs_that_are_left_are_reported(here: Path, told: Run) 
         "failed, 2 runs: diverged: stopped at t = 0.5 s (run 0)",
         "failed, run 8: no memory",
         "warnings, run 4: kind a",
-        "warnings: 5 more kinds, in 5 runs",
+        "warnings: 5 further kinds, in 5 runs",
         "f 2 1 19 18 N m 16",
     ):
         assert line in lines

@@ -55,8 +55,8 @@ def test_a_force_within_the_friction_circle_locks_the_body(
     assert abs(fs.static(data)["breakaway_direction"].value) == 1.0
     data["solver"]["duration"] = 1e-3
     assert simulate(data).warnings[0] == (
-        f"shaft_radius = 0.02 m is not below the largest arm of the forces, {arm} m; the friction"
-        f" radius is {arm} m"
+        "effects.shaft_friction.shaft_radius = 0.02 m is not below the largest arm of the forces,"
+        f" {arm} m; the friction radius is {arm} m"
     )
 
 

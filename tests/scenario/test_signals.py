@@ -120,6 +120,16 @@ def test_derivative_is_the_derivative(force: Any, t: float) -> None:
     assert rise == pytest.approx(force(end) - force(t), rel=5e-3, abs=1e-9)
 
 
+def test_the_bounds_of_a_sum_hold_its_values_and_its_second_derivatives() -> None:
+    sine = {"sine": {"mean": 1.0, "amplitude": 2.0, "frequency_hz": 3.0}}
+    force = signal([sine, {"smooth_step": {"from": 0.0, "to": 4.0, "start": 0.0, "stop": 1.0}}])
+    lowest, highest = force.extremes(0.0, 1.0)
+    curvature = force.curvature(0.0, 1.0)
+    for t in np.linspace(0.0, 0.99, 100):
+        assert lowest <= force(t) <= highest
+        assert abs(force.bend(t)[0]) <= curvature
+
+
 @given(signals, st.floats(0, 20))
 def test_a_signal_is_monotone_up_to_its_next_extremum(force: Any, t: float) -> None:
     turn = force.next_extremum(t)

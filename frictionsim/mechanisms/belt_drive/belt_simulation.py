@@ -39,6 +39,7 @@ class BeltDrive:
         self._stepper = stepper_of(scenario, self._belt, rest, self._start)
         self._observer = Observer(scenario, self._belt, rest, self._stepper.force_per_impulse)
         self._times = SampleTimes(scenario.solver.duration, scenario.interval)
+        self._samples = 0  # so far
         self._discontinuities = _discontinuities(scenario)
         self._started = False
         self._tried_before = 0  # steps, in the parts of the run before this one
@@ -74,17 +75,16 @@ class BeltDrive:
         per_call = STEPS_BETWEEN_CALLS * BODIES_FOR_ALL_STEPS
         per_call = max(1, per_call // max(BODIES_FOR_ALL_STEPS, self._belt.n))
         while True:
-            while times.next <= stepper.t * (1.0 + TIME_TOLERANCE):
-                t = times.next
+            while (t := times.at(self._samples)) <= stepper.t * (1.0 + TIME_TOLERANCE):
                 self._observer.sample(t, stepper.interpolate(t))
-                times.advance()
+                self._samples += 1
             if stepper.t >= end * (1.0 - TIME_TOLERANCE):
                 self._observer.finish()
                 return
             on_step(stepper.t)
             steps = min(self._steps_left(stepper.t), per_call)
             limit = min((t for t in self._discontinuities if t > stepper.t), default=end)
-            stepper.advance(min(limit, end), times.next, steps)
+            stepper.advance(min(limit, end), times.at(self._samples), steps)
             self._observer.check_belt(stepper.t, stepper.interpolate(stepper.t))
 
     def _steps_left(self, t: float) -> int:
@@ -126,7 +126,7 @@ class BeltDrive:
                 raise unfit(f"stepping.{name}", "is out of range")
             array[...] = values
         self._check_runs()
-        self._times.count = self._observer.restore(state, self._start)
+        self._samples = self._observer.restore(state, self._start)
         self._started, self._tried_before = True, self._steps_tried
 
     def _check_runs(self) -> None:
@@ -160,5 +160,5 @@ def _discontinuities(scenario: "BeltDriveScenario") -> list[float]:
     """Return the times at which a drive or its derivative jumps, s: a step ends there."""
     terms = (term for drive in scenario.drive.values() for term in drive.terms)
     signals = (signal_from(term) for term in terms if not isinstance(term, SpeedTable))
-    times = {t for signal in signals for t in signal.corners()}
-    return sorted(t for t in times if t < scenario.solver.duration)
+    times = {t for signal in signals for t in signal.knots}
+    return sorted(t for t in times if 0.0 < t < scenario.solver.duration)

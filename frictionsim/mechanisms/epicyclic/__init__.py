@@ -1,4 +1,4 @@
-"""An epicyclic gear on a fixed sun. See `epicyclic.equation`."""
+"""An epicyclic gear on a fixed sun or in a fixed ring. See `epicyclic.equation`."""
 
 from frictionsim.mechanisms.epicyclic.equation import build as build
 from frictionsim.mechanisms.epicyclic.equation import statics as statics

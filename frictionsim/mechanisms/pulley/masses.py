@@ -45,7 +45,7 @@ from frictionsim.scenario.kinetic_friction import Corners, in_motion
 from frictionsim.scenario.signal_tables import extremes, signal_and_curve
 from frictionsim.simulation.mechanism import ContactColumns, Mechanism, Samples
 from frictionsim.solvers.prescribed import DRIVE, Segment
-from frictionsim.solvers.system import INPUT, MARGINS, Contact
+from frictionsim.solvers.system import INPUT, MARGINS, Contact, Margins
 
 if TYPE_CHECKING:
     from frictionsim.results import Quantities
@@ -55,7 +55,6 @@ ROPES = {CAR_ROPE: "car", COUNTERWEIGHT_ROPE: "counterweight"}
 TENSIONS = ("rope_tension_car", "rope_tension_counterweight")
 # A tension at the located start of slack is below zero by the roundoff of the location.
 TENSION_ROUNDOFF = 1e-12
-Margins = tuple[float, float, float]
 # P + m2 g, N; tau - b w, N m; what `Lift.shift` returns, m; w' where there is no shift, rad/s^2.
 Acting = tuple[float, float, float | None, float]
 # w', the accelerations of the other coordinates, T1 and T2.

@@ -209,7 +209,7 @@ class PulleyDrive(Params):
     force: TimeSignals | None = unit_field("N", "Force on the cord.", None)
     torque: SpeedOrTimeSignals | None = unit_field(
         "N m",
-        "Torque on the pulley, positive if it lifts, over time or speed; give one of these.",
+        "Torque on the pulley, positive if it lifts, over time or speed.",
         None,
     )
     speed: TimeSignals | None = unit_field(
@@ -436,8 +436,11 @@ class PulleyScenario(SingleDofScenario):
         journal, arm = self.effects.shaft_friction, self.mechanism.cord_radius
         warnings = super().warnings()
         if journal is not None and journal.shaft_radius >= arm:
-            thick = f"shaft_radius = {journal.shaft_radius} m is not below cord_radius = {arm} m"
-            warnings.insert(0, thick)
+            warnings.insert(
+                0,
+                f"effects.shaft_friction.shaft_radius = {journal.shaft_radius} m is not below"
+                f" mechanism.cord_radius = {arm} m",
+            )
         if self.drive.force is None:
             return warnings
         minimum, _ = extremes(self.drive.force, self.solver.duration)

@@ -2,8 +2,7 @@
 
 The model is in
 
-    schema            the scenario's tables
-    channels          what is recorded
+    schema            the scenario's tables and channels
     loads             forces and couples: moment and resultant over time, angle and speed
     equation          the equation of motion as a sum of terms, and its dry friction
     balance           the unknowns of eq 24, the body at rest, linear in one, and the roots

@@ -229,12 +229,7 @@ def knots_of(loads: Sequence[Load]) -> tuple[TableKnots, ...]:
     """Return where the slopes of sizes over angle or speed jump."""
     surfaces = []
     for place, over in enumerate((ANGLE, SPEED)):
-        knots: set[float] = set()
-        for size in (load.size for load in loads if load.over == over):
-            x = size.next_discontinuity(-inf)
-            while x < inf:
-                knots.add(x)
-                x = size.next_discontinuity(x)
+        knots = {x for load in loads if load.over == over for x in load.size.knots}
         if knots:
             surfaces.append(TableKnots(place, tuple(sorted(knots))))
     return tuple(surfaces)

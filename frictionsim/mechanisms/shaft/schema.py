@@ -376,8 +376,9 @@ class ShaftScenario(SingleDofScenario):
         if journal is not None and 0.0 < arm <= journal.shaft_radius:
             warnings.insert(
                 0,
-                f"shaft_radius = {journal.shaft_radius} m is not below the largest arm of the"
-                f" forces, {arm:.6g} m; the friction radius is {journal.static_radius:.6g} m",
+                f"effects.shaft_friction.shaft_radius = {journal.shaft_radius} m is not below the"
+                f" largest arm of the forces, {arm:.6g} m; the friction radius is"
+                f" {journal.static_radius:.6g} m",
             )
         return warnings
 
