@@ -431,6 +431,6 @@ def _shaft_loads(scenario: "BeltDriveScenario", equilibrium: Rest) -> list[float
             continue
         on = equilibrium.pulley == j
         places = np.column_stack([equilibrium.x[on], equilibrium.y[on]]) - pulley.center
-        force = equilibrium.normal_force[on] @ places
-        loads.append(float(np.hypot(*force)) / pulley.radius)
+        normals = places / np.linalg.norm(places, axis=1, keepdims=True)
+        loads.append(float(np.hypot(*(equilibrium.normal_force[on] @ normals))))
     return loads
