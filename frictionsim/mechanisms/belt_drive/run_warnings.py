@@ -90,14 +90,14 @@ def _full_slip(run: "BeltSamples") -> Iterator[str]:
         share = float(np.mean(full[:, j]))
         if share > FULL_SLIP_SAMPLES:
             # A patch is there to slip: nothing is to be mended where it does.
-            patched = float(np.mean(run.seen["_patches"][full[:, j]].any(axis=1)))
+            patched = float(np.mean(run.seen["_patches"][full[:, j], j].any(axis=1)))
             yield (
                 f"the belt slips on '{name}' as a whole in {100.0 * share:.3g} % of the samples,"
                 f" first at t = {run.time[np.argmax(full[:, j])]:.6g} s (it is an event where it"
                 " lasts): "
             ) + (
-                f"in {100.0 * patched:.3g} % of these effects.patch is on a pulley, and carries"
-                " less than the load"
+                f"in {100.0 * patched:.3g} % of these effects.patch is on it, and carries less"
+                " than the load"
                 if patched > MOSTLY
                 else "the load is above what its friction can carry; give more pretension,"
                 " friction or arc, or less torque"
@@ -126,7 +126,7 @@ def _created_energy(run: "BeltSamples") -> Iterator[str]:
 
 def _untouched_patch(run: "BeltSamples") -> Iterator[str]:
     """Say that a patch with bodies was never on a pulley; `empty_patches` tells of others."""
-    touched, several = run.seen["_patches"].any(axis=0), len(run.scenario.effects.patches) > 1
+    touched, several = run.seen["_patches"].any(axis=(0, 1)), len(run.scenario.effects.patches) > 1
     places = patch_of_bodies(run.scenario, run.body_length)
     for i in np.intersect1d(np.flatnonzero(~touched), places):
         yield (

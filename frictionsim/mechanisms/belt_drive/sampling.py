@@ -87,6 +87,7 @@ class Observer:
         self._path = scenario.mechanism.path()
         places = patch_of_bodies(scenario, rest.body_length)
         self._patches = np.arange(len(scenario.effects.patches))[:, None] == places
+        self._pulleys = np.arange(belt.pul.shape[1])[:, None]
         self._zones = np.array([*zones_of(scenario, rest.body_length).values()])
         self._mu_s, self._mu_k = belt.con[[row.MU_S, row.MU_K], :, : belt.n]
         self._distinct = belt.distinct
@@ -248,7 +249,7 @@ class Observer:
             "_span_tension": span_tensions(tension, pulley, belt.pul.shape[1]),
             **self._lengths_on_pulleys(states),
             **self._friction_on_pulleys(states),
-            "_patches": (pulley >= 0) @ self._patches.T,
+            "_patches": (pulley[:, None] == self._pulleys) @ self._patches.T,
             "_power": power,
             **({"_zone_work": self._work_of_zones(channels["friction_work"])} if belt.wear else {}),
         }
