@@ -227,7 +227,7 @@ def max_stable_step(eigenvalues: ComplexArray) -> float:
     """Return the longest step h, s, up to which |R(h lambda)| <= 1 for all lambda, 1/s."""
     fastest = float(np.max(np.abs(eigenvalues)))
     upper = eigenvalues[eigenvalues.imag >= 0.0] / fastest  # one of each conjugate pair
-    products = np.linspace(0.0, 5.0, 1001)[1:]  # h times the fastest; beyond 4.6 none is stable
+    products = np.linspace(0.0, 5.0, 1001)[1:]  # h times the fastest; beyond 4.3 none is stable
     growth = np.abs(np.polyval(STABILITY_POLYNOMIAL, np.outer(products, upper)))
     first_unstable = int(np.argmax(np.max(growth, axis=1) > 1.0 + 1e-9))
     return float(products[first_unstable - 1]) / fastest
