@@ -169,6 +169,11 @@ class Belt(NamedTuple):
         """
         return state[_full(self.energies + ENERGIES) :].reshape(-1, self.width)
 
+    def arrays(self) -> dict[str, Array | Indices]:
+        """Return the rows that the next steps depend on, by name, for a checkpoint."""
+        rows = {"contacts": self.con, "pulleys": self.pul}
+        return {**rows, "runs": self.runs, "n_runs": self.n_runs}
+
     def kinematics(self, state: Array) -> Array:
         """Return the kinematics that a state, or its rate, begins with: a view, (rows, width)."""
         return state[: self.angles].reshape(-1, self.width)

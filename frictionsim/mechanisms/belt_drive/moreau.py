@@ -684,10 +684,7 @@ class MoreauStepper:
 
     def arrays(self) -> dict[str, Any]:
         """Return all that the next steps depend on, by name; writing to them restores it."""
-        b, s, d = self._belt, self._state, self._dampers
+        s, d = self._state, self._dampers
         own = {"y_old": s.y_old, "y": s.y, "middle": s.middle, "counts": s.counts}
-        contacts = {"contacts": b.con, "pulleys": b.pul, "runs": b.runs, "run_count": b.n_runs}
-        if d is None:
-            return {**own, **contacts}
-        dampers = {"impulse": d.impulse, "vx": d.vx, "vy": d.vy, "torsion": d.torsion}
-        return {**own, **contacts, **dampers}
+        dampers = {"impulse": d.impulse, "vx": d.vx, "vy": d.vy, "torsion": d.torsion} if d else {}
+        return {**own, **self._belt.arrays(), **dampers}

@@ -199,7 +199,6 @@ def advance(
         if not error <= 1.0:
             rejected_here = True
             counts[REJECTED] += 1
-            trouble = RUNNING
             if not error < np.inf and h < 1e-3 * max_step:
                 trouble = NON_FINITE
             else:
@@ -330,12 +329,6 @@ class RKF45Stepper:
     def arrays(self) -> dict[str, Array | Indices]:
         """Return all that the next steps depend on, by name; writing to them restores it."""
         self._restore_pulleys()
-        s, belt = self._state, self._belt
+        s = self._state
         own: dict[str, Array | Indices] = {"y": s.y, "f": s.f, "clock": s.clock, "counts": s.counts}
-        return {
-            **own,
-            "contacts": belt.con,
-            "pulleys": belt.pul,
-            "runs": belt.runs,
-            "n_runs": belt.n_runs,
-        }
+        return own | self._belt.arrays()
