@@ -38,8 +38,8 @@ from frictionsim.mechanisms.belt_drive.dampers import (
     Body,
     Dampers,
     Motion,
+    add_dampers,
     dampers_of,
-    give_way,
     heat_of_dampers,
     joint_rows,
     line_rates,
@@ -436,7 +436,7 @@ def integrate(
                 counts[UNSETTLED] += 1
             damped += heat_of_dampers(n, h * axial, d.impulse)
             if plane is not None:
-                give_way(body, h, m, d)
+                add_dampers(body, h, m, d)
             if line is not None:
                 twist(b.full, 1.0 / b.mass, d.impulse, new)
         if bending is not None:
