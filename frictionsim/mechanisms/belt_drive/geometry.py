@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 Point = tuple[float, float]
 
-MAX_STRAIN = 0.5  # of a law of springs that is linear
 MIN_BODIES = 4
 
 # A belt that turns further than this round one pulley does not come from its neighbours.
