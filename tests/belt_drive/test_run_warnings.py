@@ -104,7 +104,7 @@ def test_means_of_a_motion_that_changes_are_warned_of(torque: Any, steady: bool)
 
 def test_means_of_a_few_samples_are_warned_of() -> None:
     done = simulate(pair(solver__backend="moreau", output__interval=5e-3))
-    assert warned(done, "are of 3 samples")
+    assert warned(done, "have only 3 samples")
     assert not warned(simulate(pair(solver__backend="moreau")), "samples; give")
 
 
