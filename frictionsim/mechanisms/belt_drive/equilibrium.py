@@ -50,7 +50,7 @@ TARGET_RESIDUAL, ACCEPTABLE_RESIDUAL, STRAIGHT_RESIDUAL = 1e-12, 1e-7, 1e-5
 # place: half a unit of its own and of its neighbours, and a little for the arithmetic.
 ROUNDING = 1.25
 TENSION_TOLERANCE = 1e-10  # of the mean, relative
-# Of c: a saddle is told from rounding by a negative stiffness of the first part; shifts of the
+# Of c: a negative stiffness beyond the first part is that of a saddle, no rounding; shifts of the
 # Hessian by more than the second make a step negligible.
 LOWEST, MAX_SHIFT = 1e-11, 1e3
 # The largest step: of the smallest radius, in rad, and of the length of a body.

@@ -277,7 +277,7 @@ def torque_balance(run: "BeltSamples") -> Check | None:
     momentum = seen["_speed"] * [p.inertia for p in run.scenario.mechanism.pulleys] / radius
     fall = np.roll(spans, 1, axis=1) - spans
     forces, momenta = torque - seen.get("_friction", np.zeros_like(torque)), momentum
-    # What is in the middle of a span is told by waves.
+    # Waves carry the tension to the middle of a span.
     round_trip = path.length * np.sqrt(belt.mass_per_length / belt.axial_rigidity)
     if run.scenario.guided and np.ptp(time) > MIN_ROUND_TRIPS * round_trip:
         straight = np.array([np.hypot(*np.subtract(span.end, span.start)) for span in path.spans])
@@ -298,7 +298,7 @@ def torque_balance(run: "BeltSamples") -> Check | None:
 def _mean_difference(time: "Array", force: "Array", momentum: "Array") -> tuple["Array", "Array"]:
     """Return the mean of forces less the gain of momentum, (m,), N, and what it is uncertain by.
 
-    Of forces, (n, m), N, and momenta, (n, m), N s; of two samples nothing is told.
+    Of forces, (n, m), N, and momenta, (n, m), N s; zeros for fewer than three samples.
     """
     if len(time) < 3:
         return np.zeros(force.shape[1]), np.zeros(force.shape[1])

@@ -13,6 +13,8 @@ from collections.abc import Iterable
 from math import isclose
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.mechanisms.belt_drive.belt import belt_of
+from frictionsim.mechanisms.belt_drive.equilibrium import at_rest
 from frictionsim.mechanisms.belt_drive.geometry import MIN_BODIES
 from frictionsim.results import ENERGY_BALANCE, Metric
 from frictionsim.scenario.methods import REGULARISED, SET_VALUED
@@ -102,9 +104,7 @@ def _fixed(length: float) -> Setting:
 
 def _default_step(scenario: "BeltDriveScenario") -> float:
     """Return the step that `moreau` takes by itself: just short of unstable, s."""
-    from frictionsim.mechanisms.belt_drive.belt import belt_of
-    from frictionsim.mechanisms.belt_drive.equilibrium import at_rest
-    from frictionsim.mechanisms.belt_drive.moreau import step_plan
+    from frictionsim.mechanisms.belt_drive.moreau import step_plan  # slow: numba
 
     settings, rest = scenario.solver.model_copy(update={"step": None}), at_rest(scenario)
     return step_plan(belt_of(scenario, rest.body_length), settings, rest).h
