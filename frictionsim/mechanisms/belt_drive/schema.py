@@ -498,9 +498,7 @@ class BeltDriveScenario(Scenario):
         keys = [("effects", "patch", *((i,) if several else ())) for i in range(len(patches))]
         for key, patch in zip(keys, patches, strict=True):
             if patch.end > length:
-                raise inconsistent(
-                    (*key, "to"), f"{patch.end} m is beyond the belt's {length:.6g} m"
-                )
+                raise inconsistent((*key, "to"), f"{patch.end} m is beyond the belt's {length} m")
             if patch.name == CLEAN:
                 raise inconsistent(
                     (*key, "name"), f"'{CLEAN}' is the belt outside of patches; take another name"
