@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionsim.mechanisms.belt_drive.slip import senses_of
 from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 from frictionsim.scenario.signals import Signal, linear
 
@@ -264,11 +265,8 @@ def belt_of(scenario: "BeltDriveScenario", body_length: float) -> Belt:
 
 def _line(scenario: "BeltDriveScenario") -> Line:
     path = scenario.mechanism.path()
-    # The arc of the first pulley is the last one.
-    starts: Array = np.roll(path.breakpoints[1:-1:2], 1)
-    ends: Array = np.roll(path.breakpoints[2::2], 1)
-    senses = np.sign([arc.wrap_angle for arc in path.arcs])
-    return Line(path.length, starts, ends - starts, senses)
+    starts, ends = path.arc_ends
+    return Line(path.length, starts, ends - starts, senses_of(path))
 
 
 def initial_state(belt: Belt, x: Array, y: Array, angle: Array) -> Array:

@@ -311,9 +311,8 @@ def _string_at_rest(scenario: "BeltDriveScenario") -> Rest:
     length = None if table.length is None else table.length / table.bodies
     tension = table.pretension or table.axial_rigidity * (spacing / (length or spacing) - 1.0)
     points = path.at(initial_positions(path.length, table.bodies))
-    # Each point's part of the belt on each arc; the arc of the first pulley is the last one.
-    starts, ends = np.roll(path.breakpoints[1:-1:2], 1), np.roll(path.breakpoints[2::2], 1)
-    along = np.arange(table.bodies + 1) * spacing
+    starts, ends = path.arc_ends
+    along = np.arange(table.bodies + 1) * spacing  # each point's part of the belt
     on_arc = np.diff(np.clip(along, starts[:, None], ends[:, None]), axis=1)
     curvature = np.array([1.0 / pulley.radius for pulley in scenario.mechanism.pulleys])
     return Rest(

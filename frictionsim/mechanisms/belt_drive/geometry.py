@@ -99,6 +99,12 @@ class Path:
         """Arc lengths (2 n + 1,), m, at which spans and arcs begin by turns; last the length."""
         return np.append(self._starts, self.length)
 
+    @property
+    def arc_ends(self) -> NDArray[np.float64]:
+        """Arc lengths (2, n), m, at which the arc of each pulley begins and ends."""
+        ends = self.breakpoints
+        return np.roll([ends[1::2], ends[2::2]], 1, axis=1)  # the first pulley's is the last one
+
     def at(self, s: NDArray[np.float64]) -> PathPoints:
         """Return the points of the line at arc lengths.
 
