@@ -97,8 +97,7 @@ def _along(path: Path, belt: Line) -> Line:
     stuck = belt.stuck
     if stuck is not None:
         on_arc = np.zeros(places.shape, dtype=bool)
-        for number in range(len(path.arcs)):
-            start, stop = arc_of(path, number)
+        for start, stop in path.arc_ends.T:
             on_arc |= (places - start) % path.length <= stop - start
         between = np.where(stuck >= 0, stuck, np.roll(stuck, 1, axis=1))
         along = np.where(on_arc, np.repeat(between, PIECES, axis=1), -1)
@@ -252,8 +251,8 @@ def places_on(path: Path, points: "Floats") -> "Floats":
 
 def arc_of(path: Path, number: int) -> tuple[float, float]:
     """Return the places, m, at which the arc of a pulley begins and ends."""
-    at = 2 * ((number - 1) % len(path.arcs)) + 1
-    return float(path.breakpoints[at]), float(path.breakpoints[at + 1])
+    start, end = path.arc_ends[:, number]
+    return float(start), float(end)
 
 
 def patch_members(result: "Record") -> "Bools | None":

@@ -83,7 +83,7 @@ def test_a_step_after_a_rejected_one_is_no_longer() -> None:
         rejected = stepper.statistics[1]
         stepper.advance(1.0, 1.0, 1)
         if stepper.statistics[1] > rejected:
-            t_old, t, following, _ = stepper._state.clock
+            t_old, t, following, _ = stepper.arrays()["clock"]
             after_rejection.append(following / (t - t_old))
     assert max(after_rejection) <= 1.0 + 1e-6
 

@@ -1,5 +1,6 @@
 """The guided string: closed forms, an independent program, invariants, and what it refuses."""
 
+import re
 from math import cos, exp, log, pi, sin
 from typing import Any
 
@@ -16,6 +17,7 @@ from tests.support.belt_scenarios import (
     CONTINUED,
     NO_MOTION_ACROSS,
     names_of,
+    pair,
     path_of,
     scenario_of,
     shipped,
@@ -147,6 +149,22 @@ def test_the_belt_at_rest_is_exact() -> None:
     given_length = {"bodies": 80, "mass_per_length": 0.5, "axial_rigidity": 1e4, "length": length}
     again = fs.static(scenario_of(changed(data, mechanism__belt=given_length)))
     assert again["pretension"].value == pytest.approx(200.0, rel=1e-10)
+
+
+def test_a_run_whose_points_pass_each_other_is_stopped_with_their_numbers() -> None:
+    """A violent torque on a belt that hardly has a tension, and that a pulley holds."""
+    done = simulate(
+        pair(
+            **NO_MOTION_ACROSS,
+            mechanism__belt__pretension=1.0,
+            drive__driver={"torque": {"time": [0.0, 1e-3], "value": [0.0, -2000.0]}},
+            drive__driven={"speed": 0.0},
+            effects__belt_friction={"mu_s": 50.0, "mu_k": 50.0},
+            solver__backend="moreau",
+        )
+    )
+    assert (done.status, done.failure) == ("failed", "diverged")
+    assert re.match(r"bodies 21 and 22 have passed each other at t = 0\.015", done.reason)
 
 
 # --- an independent program, and two methods ------------------------------------------------------

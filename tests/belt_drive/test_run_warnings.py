@@ -78,6 +78,15 @@ def test_a_patch_that_reaches_no_pulley_is_warned_of(
     assert warned(done, "the patch changes nothing") is unused
 
 
+@pytest.mark.parametrize(("where", "reason"), [(0.3, "load is above"), (0.75, "effects.patch is")])
+def test_a_patch_makes_the_slip_of_the_pulley_it_is_on(where: float, reason: str) -> None:
+    """The driven pulley holds the belt; its arc is from 0.25 to 0.5 m, the driver's from 0.75 m."""
+    patch = {"from": where, "to": where + 0.15, "mu_s": 0.6, "mu_k": 0.6}
+    done = simulate(pair(effects__patch=patch, drive__driven={"speed": 0.0}, **FIXED, **OVERLOAD))
+    (warning,) = (w for w in done.warnings if "slips on 'driver'" in w)
+    assert reason in warning
+
+
 @pytest.mark.parametrize(
     ("torque", "steady"),
     [
@@ -95,7 +104,7 @@ def test_means_of_a_motion_that_changes_are_warned_of(torque: Any, steady: bool)
 
 def test_means_of_a_few_samples_are_warned_of() -> None:
     done = simulate(pair(solver__backend="moreau", output__interval=5e-3))
-    assert warned(done, "are of 3 samples")
+    assert warned(done, "have only 3 samples")
     assert not warned(simulate(pair(solver__backend="moreau")), "samples; give")
 
 

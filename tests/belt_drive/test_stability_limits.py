@@ -40,9 +40,8 @@ def energy_at(step: float) -> float:
     model = assemble(scenario)
     kick(1e-6)(model)
     stepper = stepper_of(model, scenario)
-    stepper._plan = stepper._plan._replace(
-        h=step
-    )  # a scenario may not ask for one that is too long
+    # A scenario may not ask for a step that is too long.
+    stepper._plan = stepper._plan._replace(h=step)
     stepper.start()
     stepper.advance(400 * step * (1.0 - 1e-12), np.inf, 400)
     state, width, n = stepper.interpolate(400 * step), model.belt.width, 24

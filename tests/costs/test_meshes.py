@@ -103,6 +103,12 @@ def test_the_default_meshes_are_about_the_scenario_s(own: int, bodies: tuple[int
     assert mesh_study.default_bodies(scenario) == bodies
 
 
+def test_no_default_mesh_has_fewer_bodies_than_a_belt_may_have() -> None:
+    radii = {f"mechanism.pulleys.{number}.radius": 0.25 for number in (0, 1)}
+    scenario: Any = fs.load(BELT, {"mechanism.belt.bodies": 8, **radii})
+    assert mesh_study.default_bodies(scenario) == (8, 16, 32)
+
+
 @pytest.mark.parametrize("named", [None, 100])
 def test_a_finer_mesh_has_as_stiff_a_contact(named: int | None) -> None:
     scenario: Any = fs.load(BELT, {"effects.contact.reference_bodies": named})

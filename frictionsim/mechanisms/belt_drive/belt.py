@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionsim.mechanisms.belt_drive.slip import senses_of
 from frictionsim.scenario.signal_tables import SpeedTable, signal_from
 from frictionsim.scenario.signals import Signal, linear
 
@@ -169,6 +170,11 @@ class Belt(NamedTuple):
         """
         return state[_full(self.energies + ENERGIES) :].reshape(-1, self.width)
 
+    def arrays(self) -> dict[str, Array | Indices]:
+        """Return the rows that the next steps depend on, by name, for a checkpoint."""
+        rows = {"contacts": self.con, "pulleys": self.pul}
+        return {**rows, "runs": self.runs, "n_runs": self.n_runs}
+
     def kinematics(self, state: Array) -> Array:
         """Return the kinematics that a state, or its rate, begins with: a view, (rows, width)."""
         return state[: self.angles].reshape(-1, self.width)
@@ -259,11 +265,8 @@ def belt_of(scenario: "BeltDriveScenario", body_length: float) -> Belt:
 
 def _line(scenario: "BeltDriveScenario") -> Line:
     path = scenario.mechanism.path()
-    # The arc of the first pulley is the last one.
-    starts: Array = np.roll(path.breakpoints[1:-1:2], 1)
-    ends: Array = np.roll(path.breakpoints[2::2], 1)
-    senses = np.sign([arc.wrap_angle for arc in path.arcs])
-    return Line(path.length, starts, ends - starts, senses)
+    starts, ends = path.arc_ends
+    return Line(path.length, starts, ends - starts, senses_of(path))
 
 
 def initial_state(belt: Belt, x: Array, y: Array, angle: Array) -> Array:

@@ -94,14 +94,14 @@ class BeltDrive:
         if left > 0:
             return left
         raise BudgetExceeded(
-            f"limit of {solver.max_steps} steps reached at t = {t:.9g} s of the belt;"
-            f" {self._scenario.budget_advice}, or give it fewer bodies"
+            f"limit of {solver.max_steps} steps reached at t = {t:.9g} s;"
+            f" {self._scenario.budget_advice}, or give the belt fewer bodies"
         )
 
     @property
     def _steps_tried(self) -> int:
         steps, rejected, _ = self._stepper.statistics
-        return int(steps + rejected)
+        return steps + rejected
 
     def statistics(self) -> tuple[int, int, int]:
         """Return steps, rejected steps and evaluations of the right-hand side so far."""

@@ -89,7 +89,7 @@ try:
             return [_passes.define_nopython_pipeline(self.state)]
 
     class _Announced(CompilerBase):
-        """Numba's compiler, which tells that it begins."""
+        """Numba's compiler, which announces that it begins."""
 
         def define_pipelines(self) -> list[Any]:
             """Return the passes, as numba asks for them."""
@@ -220,7 +220,7 @@ def usable_folder(name: str) -> Path | None:
         reason = f"'{where}': {what}" if what and where else str(error)
     LOG.warning(
         "there is no private folder to keep compiled kernels in (%s); every run that needs them"
-        " compiles them anew, in 10 to 30 s: set XDG_CACHE_HOME to a folder of your own",
+        " compiles them anew, in 6 to 10 s or more: set XDG_CACHE_HOME to a folder of your own",
         reason,
     )
     return None

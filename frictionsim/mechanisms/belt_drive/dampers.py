@@ -1,12 +1,12 @@
 """Dampers along a belt that fixed steps solve for, together with friction.
 
 They are too stiff for the velocities that `moreau` extrapolates, whose symbols these are. With the
-impulses D_k of the dampers as unknowns, s_k the rate of stretch of joint k at the mean of old and
-new velocities, each joint meets its two neighbours only, through the bodies between them [1]_:
+impulses D_k of the dampers as unknowns and s_k(v) the rate of stretch of joint k at velocities v,
+each joint meets its two neighbours only, through the bodies between them [1]_:
 
     2 D_k/(h b) + (J M^-1 J^T D)_k = s_k(v) + s_k(v + h a + impulses of friction/m)
 
-A body that sticks cannot give way along t: its inverse mass is n n^T/m, and its velocity along t
+A body that sticks cannot yield along t: its inverse mass is n n^T/m, and its velocity along t
 that of the rim, R omega+. The omega+ of free pulleys are unknown too, one column each. Who sticks
 is as in the step before, corrected until it agrees with the limits of friction and the direction
 of slip; then the friction is solved for as without dampers, with their impulses. Implicit midpoint
@@ -130,7 +130,7 @@ def press_line(h: float, v: Array, new: Array, bias: Array, b: Belt, line: Line)
 def joint_rows(body: Body, joints: Joints, d: Dampers) -> None:
     """Write directions and levers of the joints, and the system where nothing sticks.
 
-    But for what a damper gives way by itself, 2/(h b).
+    But for the compliance of the damper itself, 2/(h b).
     """
     ex, ey, after, before, cos, sin = d.ex, d.ey, d.after, d.before, joints.cos, joints.sin
     n, full, inv_mass, inv_inertia = body.n, body.full, 1.0 / body.mass, 1.0 / body.inertia
@@ -379,7 +379,7 @@ def correct_tensions(n: int, inv_h: float, new: Array, used: Array, tension: Arr
     """Have the tensions the new impulses of dampers if these are off; return whether they were.
 
     If not, the limits of friction stay those that the impulses were found with: the dampers are
-    stiff, and what they are not told of would come back to them a step later.
+    stiff, and a change that they do not see would return a step later.
     """
     off = size = 0.0
     for k in range(np.uint64(n)):
@@ -440,7 +440,7 @@ def solve_dampers(
 
 
 @loop
-def give_way(body: Body, h: float, m: Motion, d: Dampers) -> None:
+def add_dampers(body: Body, h: float, m: Motion, d: Dampers) -> None:
     """Add the dampers along the belt to the forces of joints and to the accelerations."""
     impulse, inv_h, full, acc, joints = d.impulse, 1.0 / h, body.full, m.acc, m.joints
     inv_mass, inv_inertia = 1.0 / body.mass, 1.0 / body.inertia

@@ -50,7 +50,7 @@ TARGET_RESIDUAL, ACCEPTABLE_RESIDUAL, STRAIGHT_RESIDUAL = 1e-12, 1e-7, 1e-5
 # place: half a unit of its own and of its neighbours, and a little for the arithmetic.
 ROUNDING = 1.25
 TENSION_TOLERANCE = 1e-10  # of the mean, relative
-# Of c: a saddle is told from rounding by a negative stiffness of the first part; shifts of the
+# Of c: a negative stiffness beyond the first part is that of a saddle, no rounding; shifts of the
 # Hessian by more than the second make a step negligible.
 LOWEST, MAX_SHIFT = 1e-11, 1e3
 # The largest step: of the smallest radius, in rad, and of the length of a body.
@@ -311,9 +311,8 @@ def _string_at_rest(scenario: "BeltDriveScenario") -> Rest:
     length = None if table.length is None else table.length / table.bodies
     tension = table.pretension or table.axial_rigidity * (spacing / (length or spacing) - 1.0)
     points = path.at(initial_positions(path.length, table.bodies))
-    # Each point's part of the belt on each arc; the arc of the first pulley is the last one.
-    starts, ends = np.roll(path.breakpoints[1:-1:2], 1), np.roll(path.breakpoints[2::2], 1)
-    along = np.arange(table.bodies + 1) * spacing
+    starts, ends = path.arc_ends
+    along = np.arange(table.bodies + 1) * spacing  # each point's part of the belt
     on_arc = np.diff(np.clip(along, starts[:, None], ends[:, None]), axis=1)
     curvature = np.array([1.0 / pulley.radius for pulley in scenario.mechanism.pulleys])
     return Rest(
@@ -431,6 +430,6 @@ def _shaft_loads(scenario: "BeltDriveScenario", equilibrium: Rest) -> list[float
             continue
         on = equilibrium.pulley == j
         places = np.column_stack([equilibrium.x[on], equilibrium.y[on]]) - pulley.center
-        force = equilibrium.normal_force[on] @ places
-        loads.append(float(np.hypot(*force)) / pulley.radius)
+        normals = places / np.linalg.norm(places, axis=1, keepdims=True)
+        loads.append(float(np.hypot(*(equilibrium.normal_force[on] @ normals))))
     return loads

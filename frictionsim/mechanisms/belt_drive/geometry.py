@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 Point = tuple[float, float]
 
-MAX_STRAIN = 0.5  # of a law of springs that is linear
 MIN_BODIES = 4
 
 # A belt that turns further than this round one pulley does not come from its neighbours.
@@ -99,6 +98,12 @@ class Path:
     def breakpoints(self) -> NDArray[np.float64]:
         """Arc lengths (2 n + 1,), m, at which spans and arcs begin by turns; last the length."""
         return np.append(self._starts, self.length)
+
+    @property
+    def arc_ends(self) -> NDArray[np.float64]:
+        """Arc lengths (2, n), m, at which the arc of each pulley begins and ends."""
+        ends = self.breakpoints
+        return np.roll([ends[1::2], ends[2::2]], 1, axis=1)  # the first pulley's is the last one
 
     def at(self, s: NDArray[np.float64]) -> PathPoints:
         """Return the points of the line at arc lengths.

@@ -57,7 +57,7 @@ pushes.
 Speed. Loops are to become vector instructions, and what prevents that cannot be read off a loop:
 a sum with a condition (hence `y * (1.0 if c else 0.0)`), one array more in a loop of some 25. The
 numbers stay right and a step takes three to twelve times as long. A test counts the instructions.
-A part that an absent effect leaves out is told so by an ARGUMENT that is None; a field of the belt
+A part that an absent effect leaves out learns so from an ARGUMENT that is None; a field of the belt
 that is None would not do, as numba would compile the part all the same.
 
 References

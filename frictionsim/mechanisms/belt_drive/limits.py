@@ -116,9 +116,9 @@ def deepest_contact_stiffness(belt: Belt, rest: Rest) -> float:
 
 
 def error_scales(belt: Belt, rest: Rest) -> Array:
-    """Return the scale of the error of each state, (size,); infinite for energies.
+    """Return the scale of the error of each number of a state, (size,).
 
-    And for what stands behind the last body, as the copy there of the first one.
+    It is infinite for energies and for what stands behind the last body.
 
     The stretch of a joint under the pretension, m, and the speed with which it swings, m/s; where a
     contact is less deep than that, or swings slower, its depth and speed.

@@ -38,8 +38,8 @@ from frictionsim.mechanisms.belt_drive.dampers import (
     Body,
     Dampers,
     Motion,
+    add_dampers,
     dampers_of,
-    give_way,
     heat_of_dampers,
     joint_rows,
     line_rates,
@@ -436,7 +436,7 @@ def integrate(
                 counts[UNSETTLED] += 1
             damped += heat_of_dampers(n, h * axial, d.impulse)
             if plane is not None:
-                give_way(body, h, m, d)
+                add_dampers(body, h, m, d)
             if line is not None:
                 twist(b.full, 1.0 / b.mass, d.impulse, new)
         if bending is not None:
@@ -684,10 +684,7 @@ class MoreauStepper:
 
     def arrays(self) -> dict[str, Any]:
         """Return all that the next steps depend on, by name; writing to them restores it."""
-        b, s, d = self._belt, self._state, self._dampers
+        s, d = self._state, self._dampers
         own = {"y_old": s.y_old, "y": s.y, "middle": s.middle, "counts": s.counts}
-        contacts = {"contacts": b.con, "pulleys": b.pul, "runs": b.runs, "run_count": b.n_runs}
-        if d is None:
-            return {**own, **contacts}
-        dampers = {"impulse": d.impulse, "vx": d.vx, "vy": d.vy, "torsion": d.torsion}
-        return {**own, **contacts, **dampers}
+        dampers = {"impulse": d.impulse, "vx": d.vx, "vy": d.vy, "torsion": d.torsion} if d else {}
+        return {**own, **self._belt.arrays(), **dampers}

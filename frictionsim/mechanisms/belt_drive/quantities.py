@@ -236,14 +236,11 @@ def checks_of(run: "BeltSamples") -> dict[str, Check]:
     time, seen = run.time, run.seen
     if not time.size:
         return {}
-    changes = {n: v - v[0] for n, v in seen.items() if n.startswith("energy")}
-    residual = -changes["energy_input"]
-    for name, change in changes.items():
-        if name != "energy_input":
-            residual = residual + change
-    largest = max(float(np.max(np.abs(change))) for change in changes.values())
+    energies = (v for name, v in seen.items() if name.startswith("energy"))
+    largest = max(float(np.max(np.abs(energy - energy[0]))) for energy in energies)
     largest = max(largest, STORED_SHARE * float(abs(seen["energy_potential"][0])))
-    checks = {"energy_balance": _relative(float(np.max(np.abs(residual))), largest, ENERGY_LIMIT)}
+    off = float(np.max(np.abs(energy_residual(seen))))
+    checks = {"energy_balance": _relative(off, largest, ENERGY_LIMIT)}
     if run.scenario.effects.belt_friction is not None:
         over, limit = np.max(seen["_excess"], axis=0)
         checks["friction_law"] = _relative(over, limit, FRICTION_LIMIT)
@@ -254,6 +251,13 @@ def checks_of(run: "BeltSamples") -> dict[str, Check]:
     if (balance := torque_balance(run)) is not None:
         checks["torque_balance"] = balance
     return checks
+
+
+def energy_residual(seen: "dict[str, Array]") -> "Array":
+    """Return by how much the drive has gained more energy than was put in, of samples, (n,), J."""
+    changes = {name: v - v[0] for name, v in seen.items() if name.startswith("energy")}
+    put_in = changes.pop("energy_input")
+    return sum(changes.values(), start=-put_in)
 
 
 def _relative(value: float, size: float, limit: float) -> Check:
@@ -273,7 +277,7 @@ def torque_balance(run: "BeltSamples") -> Check | None:
     momentum = seen["_speed"] * [p.inertia for p in run.scenario.mechanism.pulleys] / radius
     fall = np.roll(spans, 1, axis=1) - spans
     forces, momenta = torque - seen.get("_friction", np.zeros_like(torque)), momentum
-    # What is in the middle of a span is told by waves.
+    # Waves carry the tension to the middle of a span.
     round_trip = path.length * np.sqrt(belt.mass_per_length / belt.axial_rigidity)
     if run.scenario.guided and np.ptp(time) > MIN_ROUND_TRIPS * round_trip:
         straight = np.array([np.hypot(*np.subtract(span.end, span.start)) for span in path.spans])
@@ -294,7 +298,7 @@ def torque_balance(run: "BeltSamples") -> Check | None:
 def _mean_difference(time: "Array", force: "Array", momentum: "Array") -> tuple["Array", "Array"]:
     """Return the mean of forces less the gain of momentum, (m,), N, and what it is uncertain by.
 
-    Of forces, (n, m), N, and momenta, (n, m), N s; of two samples nothing is told.
+    Of forces, (n, m), N, and momenta, (n, m), N s; zeros for fewer than three samples.
     """
     if len(time) < 3:
         return np.zeros(force.shape[1]), np.zeros(force.shape[1])

@@ -7,8 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies
-from frictionsim.mechanisms.belt_drive.quantities import averaging_of, min_rim_speed
-from frictionsim.mechanisms.belt_drive.transitions import full_slip, slack_spans
+from frictionsim.mechanisms.belt_drive.quantities import (
+    averaging_of,
+    energy_residual,
+    min_rim_speed,
+)
+from frictionsim.mechanisms.belt_drive.transitions import is_full_slip, is_slack
 from frictionsim.simulation.averages import (
     ROUNDING,
     fitting_periods,
@@ -30,7 +34,7 @@ UNSTEADY = 0.01  # of the largest: what the means of the two halves of a steady 
 STANDARD_ERRORS = 4.0  # by which two means may differ by chance
 FULL_SLIP_SAMPLES = 0.01  # of the run
 MOSTLY = 0.9  # of the samples in full slip: what is there in so many makes it
-MAX_ENERGY_GAIN = 0.01  # of the energy that the springs store at the start
+GAIN_OF_WARNING = 0.01  # of the energy that the springs store at the start
 # What wrap factors leave of the slip that corners make is (l/R)^2 over 80 to 170; on the safe side.
 CORRECTED_DIVISOR = 72
 
@@ -52,7 +56,7 @@ def warnings_of(run: "BeltSamples", quantities: "Quantities") -> tuple[str, ...]
 
 def _slack_spans(run: "BeltSamples") -> Iterator[str]:
     """Say which spans went slack, and when first."""
-    slack = slack_spans(run)
+    slack = is_slack(run)
     for i, (start, end) in enumerate(run.spans):
         if slack[:, i].any():
             consequence = (
@@ -85,19 +89,19 @@ def _pushed_off(run: "BeltSamples") -> Iterator[str]:
 
 def _full_slip(run: "BeltSamples") -> Iterator[str]:
     """Say on which pulleys all bodies slide one way, with all the friction that there is."""
-    full = full_slip(run)
+    full = is_full_slip(run)
     for j, name in enumerate(run.names):
         share = float(np.mean(full[:, j]))
         if share > FULL_SLIP_SAMPLES:
             # A patch is there to slip: nothing is to be mended where it does.
-            patched = float(np.mean(run.seen["_patches"][full[:, j]].any(axis=1)))
+            patched = float(np.mean(run.seen["_patches"][full[:, j], j].any(axis=1)))
             yield (
                 f"the belt slips on '{name}' as a whole in {100.0 * share:.3g} % of the samples,"
                 f" first at t = {run.time[np.argmax(full[:, j])]:.6g} s (it is an event where it"
                 " lasts): "
             ) + (
-                f"in {100.0 * patched:.3g} % of these effects.patch is on a pulley, and carries"
-                " less than the load"
+                f"in {100.0 * patched:.3g} % of these effects.patch is on it, and carries less"
+                " than the load"
                 if patched > MOSTLY
                 else "the load is above what its friction can carry; give more pretension,"
                 " friction or arc, or less torque"
@@ -110,13 +114,9 @@ def _created_energy(run: "BeltSamples") -> Iterator[str]:
     Where the pulleys turn fast, the energy of the belt is so small a part that the audit does not
     see it.
     """
-    seen = run.seen
-    stored = float(abs(seen["energy_potential"][0]))
-    gained = float(seen["energy_input"][0] - seen["energy_input"][-1])
-    for name, energy in seen.items():
-        if name.startswith("energy") and name != "energy_input":
-            gained += float(energy[-1] - energy[0])
-    if gained > MAX_ENERGY_GAIN * stored:
+    stored = float(abs(run.seen["energy_potential"][0]))
+    gained = float(energy_residual(run.seen)[-1])
+    if gained > GAIN_OF_WARNING * stored:
         way_out = "solver.step" if run.scenario.solver.backend == "moreau" else "solver.rtol"
         yield (
             f"the steps have put {gained:.3g} J into the belt, "
@@ -126,7 +126,7 @@ def _created_energy(run: "BeltSamples") -> Iterator[str]:
 
 def _untouched_patch(run: "BeltSamples") -> Iterator[str]:
     """Say that a patch with bodies was never on a pulley; `empty_patches` tells of others."""
-    touched, several = run.seen["_patches"].any(axis=0), len(run.scenario.effects.patches) > 1
+    touched, several = run.seen["_patches"].any(axis=(0, 1)), len(run.scenario.effects.patches) > 1
     places = patch_of_bodies(run.scenario, run.body_length)
     for i in np.intersect1d(np.flatnonzero(~touched), places):
         yield (
@@ -145,16 +145,16 @@ def _unsteady_means(run: "BeltSamples") -> Iterator[str]:
     count = int(np.sum(last))
     if count < MIN_SAMPLES:
         yield (
-            f"the means of the summary, over {averaging.words}, are of {count}"
+            f"the means of the summary, over {averaging.words}, have only {count}"
             f" sample{'s' if count > 1 else ''}; give a smaller output.interval"
         )
         return
-    compared, middle, unlike = last, count // 2, "its first to its second half"
+    compared, middle, between = last, count // 2, "its first to its second half"
     if averaging.periods and to_go is not None:
         if fitting_periods(time, to_go) < 2:
             return
         start, turn = (int(np.argmin(np.abs(to_go - left))) for left in (2, 1))
-        compared, middle, unlike = np.arange(len(time)) >= start, turn - start, "one to the next"
+        compared, middle, between = np.arange(len(time)) >= start, turn - start, "one to the next"
     rim, spans = seen["_speed"][compared] * run.radii, seen["_span_tension"]
     halves, at_rest = (rim[: middle + 1], rim[middle:]), min_rim_speed(run)
     fastest = max(at_rest, float(np.max(np.abs(np.mean(rim, axis=0)))))
@@ -170,8 +170,8 @@ def _unsteady_means(run: "BeltSamples") -> Iterator[str]:
         change, what = max(changing)
         which = "the last whole periods" if averaging.periods else averaging.words
         yield (
-            f"{which}, which the means of the summary are over, are not"
-            f" steady: the {what} changes by {100.0 * change:.3g} % from {unlike}; give a longer"
+            f"the means of the summary, over {which}, are of a motion that is not steady: the"
+            f" {what} changes by {100.0 * change:.3g} % from {between}; give a longer"
             " solver.duration, or read the channels"
         )
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 # that is about to lift off. Its friction fades before it does.
 LIGHT = 0.02
 MAX_PENETRATION = 0.5  # of a radius: a body that gets further into a pulley does not come out again
-MAX_ENERGY_GAIN = 1.0  # of the energy that was stored at the start or put in since
+GAIN_OF_DIVERGENCE = 1.0  # of the energy that was stored at the start or put in since
 OF_FRICTION = {"friction_force", "slip_velocity", "sticking"}
 OF_WEAR = {"friction_work", "pulley_friction_work"}
 # So many samples are worked out at once, of so many contacts: of more no time is saved.
@@ -87,6 +87,7 @@ class Observer:
         self._path = scenario.mechanism.path()
         places = patch_of_bodies(scenario, rest.body_length)
         self._patches = np.arange(len(scenario.effects.patches))[:, None] == places
+        self._pulleys = np.arange(belt.pul.shape[1])[:, None]
         self._zones = np.array([*zones_of(scenario, rest.body_length).values()])
         self._mu_s, self._mu_k = belt.con[[row.MU_S, row.MU_K], :, : belt.n]
         self._distinct = belt.distinct
@@ -124,8 +125,9 @@ class Observer:
         if belt.line is not None:
             spacing = np.diff(kin[row.POSITION], append=kin[row.POSITION, 0] + belt.line.length)
             if np.min(spacing) <= 0.0:
+                body = int(np.argmin(spacing))
                 raise Diverged(
-                    f"bodies {int(np.argmin(spacing))} and the next have passed each other at"
+                    f"bodies {body} and {(body + 1) % belt.n} have passed each other at"
                     f" t = {t:.9g} s: without effects.contact a slack span goes into compression"
                     " instead of sagging; raise mechanism.belt.pretension, or add [effects.contact]"
                 )
@@ -189,7 +191,7 @@ class Observer:
         stored = abs(float(self._samples.first("energy_potential"))) + abs(gained["energy_input"])
         # Dissipated energy is ignored: it can only lower the total.
         created = sum(gained.values()) - 2.0 * gained["energy_input"]
-        for k in np.flatnonzero(created > MAX_ENERGY_GAIN * stored)[:1]:
+        for k in np.flatnonzero(created > GAIN_OF_DIVERGENCE * stored)[:1]:
             raise Diverged(
                 f"at t = {self._samples.channel('time', last)[first + k]:.9g} s the belt has"
                 f" {created[k] / stored[k]:.3g} times the energy that it was given: the steps are"
@@ -248,7 +250,7 @@ class Observer:
             "_span_tension": span_tensions(tension, pulley, belt.pul.shape[1]),
             **self._lengths_on_pulleys(states),
             **self._friction_on_pulleys(states),
-            "_patches": (pulley >= 0) @ self._patches.T,
+            "_patches": (pulley[:, None] == self._pulleys) @ self._patches.T,
             "_power": power,
             **({"_zone_work": self._work_of_zones(channels["friction_work"])} if belt.wear else {}),
         }
@@ -296,8 +298,8 @@ class Observer:
     def _lengths_on_pulleys(self, states: States) -> dict[str, Array]:
         """Return how many bodies' lengths touch each pulley, and on how many of them it sticks.
 
-        On a line parts of lengths count as such; and the angle, rad, over which a string is hardly
-        pressed on a pulley is told.
+        On a line parts of lengths count as such, and there is the angle, rad, over which a string
+        is hardly pressed on a pulley.
 
         The friction is at its limit on the sliding arc and zero on the arc of adhesion, but for
         waves, whose mean is zero, and for the body between the two: the share of its limit is that

@@ -11,7 +11,6 @@ from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 from frictionsim.errors import unknown
 from frictionsim.mechanisms.belt_drive.belt import CLEAN
 from frictionsim.mechanisms.belt_drive.geometry import (
-    MAX_STRAIN,
     MIN_BODIES,
     Path,
     PathError,
@@ -27,6 +26,7 @@ from frictionsim.scenario.signal_tables import ONE, SUM, SpeedOrTimeSignals, Tim
 
 # A body longer than this part of a radius cannot follow the curve: two to half a turn.
 MAX_BODY_OVER_RADIUS = pi / 2
+MAX_STRAIN = 0.5  # of a law of springs that is linear
 ENOUGH = 4  # times as many bodies as are needed: quantities depend little on their number then
 ROUNDING = 1e-12  # of the belt's length: shorter pieces vanish in sums of lengths
 
@@ -532,7 +532,7 @@ class BeltDriveScenario(Scenario):
         return warnings
 
 
-def _missing_bodies(path: Path, pulleys: "Sequence[PulleyTable]", bodies: int) -> str | None:
+def _missing_bodies(path: Path, pulleys: Sequence[PulleyTable], bodies: int) -> str | None:
     """Return why a number of bodies cannot follow the curve of a pulley; None if they can."""
     smallest = min(pulleys, key=lambda pulley: pulley.radius)
     needed = ceil(path.length / (MAX_BODY_OVER_RADIUS * smallest.radius))

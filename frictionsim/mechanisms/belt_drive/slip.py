@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     Mask = npt.NDArray[np.bool_]
     Numbers = npt.NDArray[np.float64] | npt.NDArray[np.int64]
 
+IDLE = 1e-3  # of the work in the whole run: a part of it in which pulleys do less is idle
+SLOW = 1e-4  # of the waves across the belt: a rim whose mean speed is below that is at rest
+
 
 def span_tensions(tension: "Array", pulley_index: "Numbers", pulleys: int) -> "Array":
     """Return the mean tension of each span in samples, N; `[:, i]` leads from pulley i to the next.
@@ -56,10 +59,6 @@ def span_tensions(tension: "Array", pulley_index: "Numbers", pulleys: int) -> "A
         count = inside.sum(axis=1)
         np.divide((tension * inside).sum(axis=1), count, out=mean[:, span], where=count > 0)
     return mean
-
-
-IDLE = 1e-3  # of the work in the whole run: a part of it in which pulleys do less is idle
-SLOW = 1e-4  # of the waves across the belt: a rim whose mean speed is below that is at rest
 
 
 class Ends(NamedTuple):

@@ -13,6 +13,9 @@ from collections.abc import Iterable
 from math import isclose
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.mechanisms.belt_drive.belt import belt_of
+from frictionsim.mechanisms.belt_drive.equilibrium import at_rest
+from frictionsim.mechanisms.belt_drive.geometry import MIN_BODIES
 from frictionsim.results import ENERGY_BALANCE, Metric
 from frictionsim.scenario.methods import REGULARISED, SET_VALUED
 from frictionsim.scenario.toml_data import keys_and_values
@@ -101,9 +104,7 @@ def _fixed(length: float) -> Setting:
 
 def _default_step(scenario: "BeltDriveScenario") -> float:
     """Return the step that `moreau` takes by itself: just short of unstable, s."""
-    from frictionsim.mechanisms.belt_drive.belt import belt_of
-    from frictionsim.mechanisms.belt_drive.equilibrium import at_rest
-    from frictionsim.mechanisms.belt_drive.moreau import step_plan
+    from frictionsim.mechanisms.belt_drive.moreau import step_plan  # slow: numba
 
     settings, rest = scenario.solver.model_copy(update={"step": None}), at_rest(scenario)
     return step_plan(belt_of(scenario, rest.body_length), settings, rest).h
@@ -145,7 +146,7 @@ def default_bodies(scenario: "BeltDriveScenario") -> tuple[int, ...]:
     """Return the numbers of bodies that are compared by default."""
     own = scenario.mechanism.belt.bodies
     counts = (round(ratio * own) for ratio in RATIOS)
-    return tuple(count for count in counts if count <= max(own, MAX_BODIES))
+    return tuple(count for count in counts if MIN_BODIES <= count <= max(own, MAX_BODIES))
 
 
 def mesh_of(scenario: "BeltDriveScenario", model: str, bodies: int) -> Mesh:

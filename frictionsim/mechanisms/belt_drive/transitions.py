@@ -49,13 +49,13 @@ SAMPLES_TO_LEAVE = 3
 SAMPLES_TO_RETURN = 10
 
 
-def slack_spans(run: "BeltSamples") -> "Bools":
+def is_slack(run: "BeltSamples") -> "Bools":
     """Return which spans are slack, (n, spans)."""
     slack: Bools = run.seen["_span_tension"] < SLACK_TENSION * run.pretension
     return slack
 
 
-def full_slip(run: "BeltSamples") -> "Bools":
+def is_full_slip(run: "BeltSamples") -> "Bools":
     """Return on which pulleys all bodies slide at the limit of friction, (n, pulleys).
 
     Never on a pulley without a drive or without friction.
@@ -74,7 +74,7 @@ def full_slip(run: "BeltSamples") -> "Bools":
 
 def pulley_modes(run: "BeltSamples") -> "ModeArray":
     """Return STICK, FORWARD, BACKWARD or OPEN for each pulley in every sample, (n, pulleys)."""
-    seen, full = run.seen, full_slip(run)
+    seen, full = run.seen, is_full_slip(run)
     modes = np.full(full.shape, STICK, dtype=np.int64)
     if full.any():
         # A kinetic coefficient of zero has no friction to tell the direction.
@@ -110,7 +110,7 @@ def transitions_of(run: "BeltSamples") -> list[Transition]:
     if not run.time.size:
         return []
     contacts = [*run.names, *(f"span.{a}.{b}" for a, b in run.spans)]
-    modes = np.hstack([pulley_modes(run), np.where(slack_spans(run), SLACK, TAUT)])
+    modes = np.hstack([pulley_modes(run), np.where(is_slack(run), SLACK, TAUT)])
     transitions = [
         Transition(float(run.time[sample]), contact, old, new)
         for contact, column in zip(contacts, modes.T, strict=True)
