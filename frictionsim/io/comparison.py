@@ -359,7 +359,7 @@ def _event_row(result: "Record", golden: "Record", time_atol: float) -> Compared
         note = f"{len(actual)} events, expected {len(expected)}"
         return ComparedChannel("events", note=note)
     for event, wanted_event in zip(actual, expected, strict=True):
-        what, wanted_what = ([e.contact, e.mode_from, e.mode_to] for e in (event, wanted_event))
+        what, wanted_what = (f"{e.contact}: {' to '.join(e.words)}" for e in (event, wanted_event))
         if what != wanted_what:
             note = f"{what} at {event.time:.9g} s, expected {wanted_what}"
             return ComparedChannel("events", note=note)

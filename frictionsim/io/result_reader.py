@@ -29,6 +29,7 @@ from frictionsim.io.result_writer import (
 )
 from frictionsim.results import (
     HDF5_SIGNATURE,
+    MODES,
     Check,
     Quantity,
     Record,
@@ -392,3 +393,6 @@ def _check(record: Record, channels: dict[str, Any]) -> None:
         raise ValueError("the samples are not over time")
     if len(events["contact"]) and not np.all(events["contact"] < len(record.contacts)):
         raise ValueError("an event has a contact without a name")
+    modes = [events["mode_from"], events["mode_to"]]
+    if not np.all(np.isin(modes, list(dict(MODES)))):
+        raise ValueError("an event has a mode without a name")

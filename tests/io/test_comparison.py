@@ -127,7 +127,10 @@ CASES: dict[str, tuple[Edit, str, int, str]] = {
     "an event too late": (add("events/time", 0, 1.1 * TIME_ATOL), "", 1, r"\nevents "),
     "an event late within": (add("events/time", 0, 1e-3), "--time-atol 2e-3", 0, ""),
     "an event at no time": (put("events/time", 0, np.nan), "", 1, r"\nevents "),
-    "to another mode": (put("events/mode_to", 0, -1.0), "", 1, r"\nevents "),
+    "to another mode": (
+        put("events/mode_to", 0, -1.0), "", 1,
+        r"\nevents: shaft: stick to sliding_backward at 0.\d+ s, expected shaft: stick to sliding_",
+    ),
     "no events": (without_events, "", 1, "0 events, expected 1"),
     "no events, left out": (without_events, "--ignore events", 0, ""),
     "a side": (add(BEFORE, 0, 0.1), "", 1, r"\nevents/friction_torque "),
