@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
 ALL = "all"
-BODY = "body"
 RESPONSE = View(kinds.response, OVER_TIME, overlaid=())
 Views = Mapping[str, View]
 """By name, the default first."""
@@ -72,7 +71,7 @@ VIEWS: Mapping[str, Views] = {
         "speeds": View(belt.speeds, OVER_TIME, overlaid=("pulley_speed", "pulley_torque")),
         "drive": View(belt.drive, ("time",)),
         "tension": View(belt.tension, ("time",)),
-        BODY: View(belt.body, ("window", "body")),
+        "body": View(belt.body, ("window", "body")),
         "friction": View(belt.friction, effect="belt_friction"),
         "wear": View(belt.wear, ("time",), effect="wear"),
     },
@@ -106,7 +105,6 @@ def view_of(kind: str, name: str | None, given: Mapping[str, Any]) -> View:
 def _refusal(kind: str, option: str) -> str:
     """Return which views take an option that another one does not."""
     fit = [name for name, view in views_of(kind).items() if option in view.options]
-    fit = [BODY] if option == "body" else fit
     if not fit:
         return f"does not take that, nor does another one of kind '{kind}'"
     return f"does not take that; the view {' or '.join(map(repr, fit))} does"
