@@ -102,7 +102,7 @@ def _limits(record: "Record", panels: Mapping[str, Mapping[str, str]]) -> dict[s
                 quantity = record.quantities.get(f"{DRIVES[name]}_to_{way}")
                 value = None if quantity is None else quantity.value
                 if value is not None and abs(value) <= highest:
-                    words = f"to {way}: {with_minus(f'{value:.1f}')} {record.units[name]}"
+                    words = f"to {way}: {with_minus(picture_text(value))} {record.units[name]}"
                     limits.setdefault(label, {})[words] = value
         journal = scenario_of(record).get("effects", {}).get("shaft_friction", {})
         if not {"shaft_radius", "mu_s"} <= journal.keys():
