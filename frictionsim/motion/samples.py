@@ -25,8 +25,9 @@ def scenario_in(record: "Record") -> Any:
     try:
         return validate(scenario_of(record), None)
     except ValidationFailure as failure:
+        faults = "; ".join(failure.lines())
         raise InputError(
-            f"cannot draw this result: the scenario in it is not valid: {failure}"
+            f"cannot draw this result: the scenario in it is not valid: {faults}"
         ) from None
 
 

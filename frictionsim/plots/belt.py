@@ -11,7 +11,6 @@ from matplotlib.patches import Patch
 from frictionsim.display import ARC_SHADES, BLACK, FAINT, GREY, VERMILION, picture_text
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies, zones_of
-from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
     senses_of,
@@ -20,6 +19,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
     speed_at_rest,
 )
 from frictionsim.motion.belt_drive import arc_of, path_of, places_on, pulleys_of, wear_of
+from frictionsim.motion.samples import scenario_in
 from frictionsim.plots.mechanism import draw_mechanism
 from frictionsim.plots.over_time import over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
@@ -171,7 +171,7 @@ def averaged_part(record: "Record") -> Any:
 
 
 def _speed_at_rest(record: "Record") -> float:
-    """Return the speed, m/s, below which the summary takes a driver to be at rest."""
+    """Return the speed, m/s, below which a driver is at rest with the tensions of the summary."""
     spans = [
         quantity.value
         for name, quantity in record.quantities.items()
@@ -230,10 +230,11 @@ def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) ->
             around, values.take(range(-1, len(values) + 1), mode="wrap"), **line_look(i)
         )
     means = mean_spans(part, samples, len(pulleys))
+    summary = ", as in the summary" if last == len(record.time) else ""
     ends, names = path.breakpoints, dict[float, str]()
     for i, pulley in enumerate(pulleys):
         (line,) = ax.plot(ends[2 * i : 2 * i + 2], [means[i]] * 2, **line_look(2))
-        handles["mean of a span, as in the summary"] = line
+        handles[f"mean of a span{summary}"] = line
         start, end = arc_of(path, i)
         ax.axvspan(start, end, color=ARC_SHADES[0], linewidth=0)
         handles["wrap of an ideal belt"] = Patch(color=ARC_SHADES[0])
@@ -368,13 +369,9 @@ def friction(record: "Record", figure: "Figure | SubFigure") -> None:
 
 def _draw_law(ax: Any, record: "Record", fastest: float) -> dict[str, Any]:
     """Draw mu(v) of each pair of coefficients up to a slip velocity, m/s."""
-    effects, handles = (
-        BeltDriveScenario.model_validate(scenario_of(record)).effects,
-        dict[str, Any](),
-    )
+    effects, handles = scenario_in(record).effects, dict[str, Any]()
     law = effects.belt_friction
-    assert law is not None  # there are channels of friction
-    assert record.statistics is not None
+    steps = record.statistics.steps if record.statistics else 1
     speed = law.transition_speed
     tables = (law, *law.pulleys.values(), *effects.patches)
     end = 1.1 * max(fastest, KINETIC_FROM * (speed or 0.0))
@@ -388,7 +385,7 @@ def _draw_law(ax: Any, record: "Record", fastest: float) -> dict[str, Any]:
         else:
             mu = np.array([friction_curve(v / speed, mu_s, mu_k) for v in slip])
         if speed is not None and law.maximum_creep is not None:
-            time = law.elementary_time or record.time[-1] / max(record.statistics.steps, 1)
+            time = law.elementary_time or record.time[-1] / max(steps, 1)
             creep = np.array([rising_part(v * time / law.maximum_creep) for v in slip])
             share = mu_s * creep * [1.0 - rising_part(v / speed) for v in slip]
             look: Look = {"color": VERMILION, "linestyle": ":"}
@@ -415,7 +412,7 @@ def wear(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> No
     And its mean over the belt outside of patches and over those of each name, as in the summary.
     """
     require_channels(record, "wear", ("friction_work",))
-    scenario = BeltDriveScenario.model_validate(scenario_of(record))
+    scenario = scenario_in(record)
     edges, work = wear_of(record, sample)
     length = float(edges[1])
     ax = single_panel(figure, 4.0, title_of(record))
