@@ -31,7 +31,6 @@ from frictionsim.display import (
     VERMILION,
     cut_text,
     picture_text,
-    short_names,
     study_text,
     with_unit,
 )
@@ -58,6 +57,7 @@ from frictionsim.sweeps.statistics import (
     is_constant,
     jumps_between,
     sampling_of,
+    short_keys,
     sound_values,
     statistics_of,
     telling,
@@ -135,7 +135,7 @@ class KeyAxis(NamedTuple):
 def key_axis(key: str, coordinate: "Coordinate") -> KeyAxis:
     """Return the axis of a varied key."""
     values = coordinate.values
-    if isinstance(values, list) or values.dtype in (np.bool_, np.int8):  # true and false
+    if not coordinate.is_number:
         texts = values if isinstance(values, list) else [("false", "true")[int(v)] for v in values]
         places = np.arange(len(texts))
         return KeyAxis(key, "", places.astype(float), places, tuple(texts))
@@ -145,13 +145,6 @@ def key_axis(key: str, coordinate: "Coordinate") -> KeyAxis:
     if (np.diff(numbers) <= 0.0).any():  # equal ones are side by side
         numbers, labels = np.arange(float(numbers.size)), tuple(map(study_text, numbers))
     return KeyAxis(key, coordinate.unit, numbers, order, labels)
-
-
-def short_keys(keys: Sequence[str]) -> list[str]:
-    """Return the shortest ends of keys that tell them apart, for labels in little space."""
-    names = [name for key in keys for name in names_in(key)]
-    short = dict(zip(names, short_names(names), strict=True))
-    return [", ".join(short[name] for name in names_in(key)) for key in keys]
 
 
 def draw_sweep(

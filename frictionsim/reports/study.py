@@ -33,6 +33,7 @@ from frictionsim.sweeps.statistics import (
     grouped,
     is_defined,
     jumps_between,
+    short_keys,
     sound_values,
     telling,
     varied_values,
@@ -127,7 +128,9 @@ def _run(sweep: SweepTable, run: int, words: dict[int, str]) -> list[Cell]:
 def _cell(sweep: SweepTable, key: str, value: Any) -> Cell:
     if isinstance(value, str):
         return value
-    return number(float(value)) if _is_number(sweep, key) else "true" if value else "false"
+    return (
+        number(float(value)) if sweep.coordinates[key].is_number else "true" if value else "false"
+    )
 
 
 def _groups(heading: str, sweep: SweepTable, *names: str) -> Html:
@@ -266,7 +269,7 @@ def sweep_figure(table: SweepTable) -> tuple[Json | None, str]:
     keys = [key for key, of in table.coordinates.items() if len(set(np.array(of.values))) > 1]
     keys = keys or list(table.coordinates)
     grid = RUN not in table.dimensions
-    if grid and len(keys) == 2 and all(_is_number(table, key) for key in keys):
+    if grid and len(keys) == 2 and all(table.coordinates[key].is_number for key in keys):
         empty = [name for name in drawn if not np.isfinite(sound[name]).all()]
         if empty:
             notes.insert(0, f"An empty cell: {', '.join(empty)} not defined in that run, {WHY}")
@@ -278,14 +281,12 @@ def _finite(values: Any) -> Any:
     return values[np.isfinite(values)]
 
 
-def _is_number(table: SweepTable, key: str) -> bool:
-    values = table.coordinates[key].values
-    return not isinstance(values, list) and values.dtype.kind in "fi" and values.dtype.itemsize > 1
-
-
 def _label(table: SweepTable, name: str) -> str:
-    units = table.units.get(name) if name in table.values else table.coordinates[name].unit
-    return chart_text(labelled(name.rpartition(".")[2], units or "1"))
+    if name in table.values:
+        return chart_text(labelled(name, table.units[name]))
+    keys = list(table.coordinates)
+    unit = table.coordinates[name].unit or "1"
+    return chart_text(labelled(short_keys(keys)[keys.index(name)], unit))
 
 
 def _maps(table: SweepTable, names: Sequence[str], keys: list[str]) -> Json:
@@ -316,7 +317,7 @@ def _points(table: SweepTable, names: Sequence[str], keys: list[str], joined: bo
         for column, key in enumerate(keys, start=1):
             n, mode, y = row * len(keys) + column, "markers", values
             x: Any = [chart_text(v) if isinstance(v := run[key], str) else v for run in runs]
-            if joined and _is_number(table, key):
+            if joined and table.coordinates[key].is_number:
                 places, mode = np.asarray(x, dtype=float), "lines+markers"
                 order = np.argsort(places, kind="stable")
                 at = 1 + np.flatnonzero(jumps_between(places[order], values[order]))

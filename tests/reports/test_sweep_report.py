@@ -52,16 +52,18 @@ def reports(grid: Path, sample: Path, tmp_path_factory: pytest.TempPathFactory) 
 
 
 def test_a_grid_of_two_keys_has_a_map_of_each_quantity(tmp_path: Path) -> None:
-    vary = {MU: [0.2, 0.25, 0.3], LOAD: [1900.0, 2000.0]}
+    both = f"{MU},effects.shaft_friction.mu_k"
+    vary = {both: [0.2, 0.25, 0.3], LOAD: [1900.0, 2000.0]}
     sweep = fs.sweep(PULLEY, vary, LOOSE, workers=1)
     page = fs.report(sweep, tmp_path / "a.html").read_text("utf-8")
     traces, layout = charts_of(page)["charts"]
     titles = [each["text"] for each in layout["annotations"]]
+    assert layout["xaxis"]["title"]["text"] == "mu_s, mu_k"
     drawn = dict(zip(titles, traces, strict=True))
     of_lift = drawn["force_to_lift, N"]
     assert of_lift["type"] == "heatmap"
     shape = [int(n) for n in of_lift["z_shape"]]
-    wanted = sweep.dataset["force_to_lift"].transpose(LOAD, MU).to_numpy()
+    wanted = sweep.dataset["force_to_lift"].transpose(LOAD, both).to_numpy()
     assert np.array_equal(of_lift["z"].reshape(shape), wanted)
 
 
