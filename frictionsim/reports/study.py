@@ -126,11 +126,12 @@ def _run(sweep: SweepTable, run: int, words: dict[int, str]) -> list[Cell]:
 
 
 def _cell(sweep: SweepTable, key: str, value: Any) -> Cell:
-    if isinstance(value, str):
-        return value
-    return (
-        number(float(value)) if sweep.coordinates[key].is_number else "true" if value else "false"
-    )
+    return number(float(value)) if sweep.coordinates[key].is_number else _words(value)
+
+
+def _words(value: Any) -> str:
+    """Return the value of a key that is no number: a text, or true or false."""
+    return value if isinstance(value, str) else "true" if value else "false"
 
 
 def _groups(heading: str, sweep: SweepTable, *names: str) -> Html:
@@ -293,14 +294,17 @@ def _maps(table: SweepTable, names: Sequence[str], keys: list[str]) -> Json:
     """Return a map of each quantity over two keys, a cell for each run."""
     columns = min(2, len(names))
     chart = Chart(-(-len(names) // columns), columns, wide=0.4)
-    x, y = (numbers(table.coordinates[key].values, "f8") for key in keys)
+    values_of = [np.asarray(table.coordinates[key].values, dtype=float) for key in keys]
+    # Plotly makes the edges of cells from neighbours: of values in disorder they would overlap.
+    orders = [np.argsort(values, kind="stable") for values in values_of]
+    x, y = (numbers(values[order], "f8") for values, order in zip(values_of, orders, strict=True))
     place = [list(table.dimensions).index(key) for key in keys]
     across, up = (axis_title(_label(table, key)) for key in keys)
     for n, name in enumerate(names, start=1):
         values = np.moveaxis(sound_values(table, name).reshape(table.shape), place, (0, 1))
         (_, right), (low, high) = chart.panel(n, across, up, _label(table, name), shared=False)
         bar = {"x": right + 0.005, "y": 0.5 * (low + high), "len": high - low, "thickness": 12}
-        image = numbers(values.reshape(table.shape[place[0]], -1).T, "f8")
+        image = numbers(values.reshape(table.shape[place[0]], -1)[np.ix_(*orders)].T, "f8")
         chart.add(n, "heatmap", x=x, y=y, z=image, colorscale="Cividis", colorbar=bar)
     return chart.figure
 
@@ -316,9 +320,12 @@ def _points(table: SweepTable, names: Sequence[str], keys: list[str], joined: bo
         values = sound_values(table, name)
         for column, key in enumerate(keys, start=1):
             n, mode, y = row * len(keys) + column, "markers", values
-            x: Any = [chart_text(v) if isinstance(v := run[key], str) else v for run in runs]
-            if joined and table.coordinates[key].is_number:
-                places, mode = np.asarray(x, dtype=float), "lines+markers"
+            is_number = table.coordinates[key].is_number
+            x: Any = [
+                float(run[key]) if is_number else chart_text(_words(run[key])) for run in runs
+            ]
+            if joined and is_number:
+                places, mode = np.asarray(x), "lines+markers"
                 order = np.argsort(places, kind="stable")
                 at = 1 + np.flatnonzero(jumps_between(places[order], values[order]))
                 x = numbers(np.insert(places[order], at, np.nan), "f8")
