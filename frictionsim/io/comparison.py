@@ -380,7 +380,7 @@ def _side_rows(
     beside = np.searchsorted(time, at, "left") - 1, np.searchsorted(time, at, "right")
     places = np.clip(np.concatenate(beside), 0, time.size - 1)
     at = np.tile(at, 2)
-    for name in golden.channels.keys() & result.channels.keys():
+    for name in (name for name in golden.channels if name in result.channels):
         sides = [f"{name}_{side}" for side in ("before", "after")]
         if all(side in r.events for side in sides for r in (result, golden)):
             actual, expected = (

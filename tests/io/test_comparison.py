@@ -166,6 +166,9 @@ def test_equal_files_agree_in_every_channel_and_in_the_events(
     beside = {f"events/{name}" for name in channels - OF_EVENTS if not name.startswith("energy_")}
     assert {row["channel"] for row in lines} == channels | beside | quantities | {"events"}
     assert all((row["difference"], row["ok"]) == (0.0, True) for row in lines)
+    # In the order of the file, which is the same in each process.
+    sides = [row["channel"] for row in lines if row["channel"] in beside]
+    assert sides == [f"events/{name}" for name in record.channels if f"events/{name}" in beside]
     _, table = compare(nothing, "--ignore", "energy_*", "--ignore", "events")
     assert not [row for row in rows(table) if re.match("(quantities/)?energy_|events", row[0])]
 
