@@ -157,8 +157,8 @@ def _html_of_runs(runs: Sequence[Result]) -> str:
     for other in runs:
         if other.kind != first.kind:
             raise InputError(
-                f"cannot compare results of unlike kinds: {_name(first)} is of kind {first.kind},"
-                f" {_name(other)} of kind {other.kind}; give results of one kind"
+                f"cannot compare results of different kinds: {_name(first)} is of kind"
+                f" {first.kind}, {_name(other)} of kind {other.kind}; give results of one kind"
             )
     return run_report(
         [

@@ -143,6 +143,11 @@ def draw(
     if not record.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
     check_numbers(record)
+    if chosen.effect and chosen.effect not in scenario_of(record).get("effects", {}):
+        raise InputError(
+            f"cannot draw the view '{view}': the scenario of this result has no"
+            f" [effects.{chosen.effect}]"
+        )
     if "time" in given:
         given["sample"] = sample_at(record, given.pop("time"))
     if measured := given.get("measured", ()):
@@ -180,7 +185,7 @@ def check_several(records: Sequence["Record"], names: Sequence[str]) -> None:
     for record, name in zip(records, names, strict=True):
         if record.attributes["kind"] != kind:
             raise InputError(
-                f"cannot draw results of unlike kinds over each other: {names[0]} is of kind"
+                f"cannot draw results of different kinds over each other: {names[0]} is of kind"
                 f" '{kind}', {name} of kind '{record.attributes['kind']}'"
             )
         if not record.channels["time"].size:

@@ -192,14 +192,10 @@ def slipping_phases(record: "Record") -> list[tuple[float, float]]:
 
 def traction(record: "Record", figure: "Figure | SubFigure", window: "Window" = WHOLE) -> None:
     """Draw the ratio of the tensions with its limits (Euler, Eytelwein), and slip of the cord."""
+    require_channels(record, "traction", (CAR, COUNTERWEIGHT))
     known = with_derived(record)
     largest = ratios(known)
-    if largest is None:
-        raise InputError(
-            "cannot draw the view 'traction': the scenario of this result has no"
-            " [effects.cord_friction], so that its cord never slips"
-        )
-    require_channels(record, "traction", (CAR, COUNTERWEIGHT))
+    assert largest is not None  # the view is one of cord friction
     wanted = {
         "counterweight's tension / car's": RATIO,
         "speed of slip": SLIDING,

@@ -214,7 +214,8 @@ def test_a_result_without_counts_of_steps_is_drawn_and_one_of_an_edited_scenario
     record = string()
     draw(record._replace(statistics=None), "friction")
     record = with_channels(record, friction_work=np.zeros_like(record.channels["x"]))
-    edited = with_scenario(record, record.attributes["scenario"].replace("mu_s", "mu_x"))
+    text = record.attributes["scenario"].replace("mu_s", "mu_x")
+    edited = with_scenario(record, f"{text}\n[effects.wear]\n")
     for view in ("friction", "wear"):
         with pytest.raises(
             InputError, match=r"is not valid: effects\.belt_friction\.mu_x: unknown"
