@@ -103,13 +103,16 @@ def _bodies(given: Any) -> tuple[int, ...] | None:
     """Return numbers of bodies; none for `none`."""
     if given is None or given == NO_MESHES:
         return None if given is None else ()
+    from frictionsim.mechanisms.belt_drive.geometry import MIN_BODIES
+
     counts = as_list(given)
     if isinstance(given, str):
         counts = [int(text) if text.isdecimal() else given for text in counts]
     for count in counts:
-        if not isinstance(count, int) or isinstance(count, bool) or count < 2:
+        if not isinstance(count, int) or isinstance(count, bool) or count < MIN_BODIES:
             raise ValueError(
-                f"expected whole numbers of at least 2, e.g. 60,150, or none, got {count!r}"
+                f"expected whole numbers of at least {MIN_BODIES}, e.g. 60,150, or none,"
+                f" got {count!r}"
             )
     return tuple(sorted(set(counts)))
 
@@ -445,7 +448,7 @@ class _Benchmark:
     def _timed(self, setting: Setting) -> list[Record]:
         """Return the runs with samples at start and end only, up to the first that fails."""
         scenario = self._variant(setting, self._duration, self._duration)
-        gc.collect()  # automatic garbage collection is off
+        gc.collect()  # what earlier runs have left is not timed
         runs, seconds = list[Record](), 0.0
         while len(runs) < self._repeats and seconds <= SECONDS_OF_REPEATS:
             runs.append(self._run(scenario))
