@@ -12,7 +12,7 @@ import numpy as np
 
 from frictionsim.display import COLOURS, MAX_DRAWN, labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Table
-from frictionsim.io.cost_table import CostTable, line_of
+from frictionsim.io.cost_table import BELOW, MIN_ERROR, TARGETS, WORK, CostTable, line_of
 from frictionsim.io.sweep_table import DONE, RUN, STATUSES, SweepTable
 from frictionsim.reports.charts import DASHES, Chart, Json, axis_title, numbers
 from frictionsim.reports.html import (
@@ -185,10 +185,7 @@ def cost_page(costs: CostTable, parts: Document, source: str) -> str:
 # Charts.
 
 MARKS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "star", "hexagon")
-MIN_ERROR = 1e-16  # smaller errors are drawn here
-TARGETS = {1e-2: "1 %", 1e-3: "0.1 %"}
 FAILED_ABOVE = 4.0  # failed settings, as a multiple of the largest error
-WORK = {"wall_seconds": "wall time, s", "rhs_evaluations": "evaluations of the right-hand side"}
 MAX_QUANTITIES, MAX_KEYS = 12, 5  # panels; columns of a study of many keys
 WHY = "or the run failed, was not run, or failed its audit; the table says which."
 
@@ -198,19 +195,16 @@ def cost_figure(table: CostTable) -> tuple[Json, str]:
 
     Left against wall time, right against evaluations; of meshes right the error in time alone.
     """
-    panels, titles = [("wall_seconds", "error"), ("rhs_evaluations", "error")], ["", ""]
-    bands = [table.floor, table.floor]
-    if table.of_meshes:
-        panels = [("wall_seconds", "error"), ("wall_seconds", "time_error")]
-        titles = ["against the limit of fine meshes", "in time alone, on the scenario's own mesh"]
-        bands[1] = table.time_uncertainty or 0.0
-    names = {name for panel in panels for name in panel}
+    panels = table.panels
+    names = {name for of in panels for name in (of.work, of.error)}
     rows = [row for row in table.rows if all(isnan(row[k]) or row[k] < MAX_DRAWN for k in names)]
-    errors = [max(row[e], MIN_ERROR) for row in rows for _, e in panels if not isnan(row[e])]
+    errors = [
+        max(row[of.error], MIN_ERROR) for row in rows for of in panels if not isnan(row[of.error])
+    ]
     chart = Chart(1, 2)
     y = {"type": "log", "exponentformat": "power"} | axis_title("largest relative error")
-    for n, ((work, error), band) in enumerate(zip(panels, bands, strict=True), start=1):
-        chart.panel(n, {"type": "log", **axis_title(WORK[work])}, y, titles[n - 1])
+    for n, (work, error, title, band) in enumerate(panels, start=1):
+        chart.panel(n, {"type": "log", **axis_title(WORK[work])}, y, title)
         for i, name in enumerate(dict.fromkeys(map(line_of, rows))):
             of_line = [row for row in rows if line_of(row) == name]
             done = [row for row in of_line if not isnan(row[error])]
@@ -244,7 +238,7 @@ def cost_figure(table: CostTable) -> tuple[Json, str]:
                 )
         if band > 0.0:
             below = min([band, *errors]) / 10.0
-            chart.level(n, band, "below: the reference uncertainty", below)
+            chart.level(n, band, BELOW, below)
         for target, words in TARGETS.items():
             chart.level(n, target, words)
     omitted = len(table.rows) - len(rows)
