@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from frictionsim.costs.study_table import columns_of, greatest
-from frictionsim.display import set_line
+from frictionsim.display import overrides_text
 from frictionsim.errors import (
     EXIT_DONE,
     ArgumentError,
@@ -533,7 +533,7 @@ def study(
         [unknown | row for row in rows],
         title=scenario.title,
         kind=scenario.kind,
-        overrides=set_line({"overrides": "\n".join(scenario.origin.overrides)})[len("set: ") :],
+        overrides=overrides_text({"overrides": "\n".join(scenario.origin.overrides)}),
         references=reference.names if reference else (),
         time_references=in_time.names if in_time else (),
         uncertainty=reference.uncertainty if reference else {},

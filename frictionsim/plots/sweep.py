@@ -35,7 +35,15 @@ from frictionsim.display import (
     with_unit,
 )
 from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, NOT_RUN, SobolIndices, SweepTable
+from frictionsim.io.sweep_table import (
+    AUDIT_FAILED,
+    DONE,
+    FAILED,
+    NOT_RUN,
+    RUN,
+    SobolIndices,
+    SweepTable,
+)
 from frictionsim.plots.style import (
     MARKERS,
     MAX_LINES,
@@ -159,7 +167,7 @@ def draw_sweep(
     """
     _check(table, quantities)
     design = table.attributes["design"]
-    if at and "run" in table.dimensions:
+    if at and RUN in table.dimensions:
         raise ArgumentError("at", f"it applies to a grid; this sweep is a {design}")
     figure = new_figure() if figure is None else figure
     if design == SAMPLE:
@@ -192,7 +200,7 @@ def _check(table: SweepTable, quantities: Sequence[str]) -> None:
 
 def _axes_of(table: SweepTable, at: Mapping[str, Any]) -> tuple[list[KeyAxis], Any, list[str]]:
     """Return the axes of the keys with several values, the runs in their shape, and notes."""
-    if "run" in table.dimensions:  # values together: over the first key of numbers
+    if RUN in table.dimensions:  # values together: over the first key of numbers
         axes = [key_axis(*item) for item in table.coordinates.items()]
         axis = next((axis for axis in axes if not axis.labels), axes[0])
         others = [other.key for other in axes if other is not axis]

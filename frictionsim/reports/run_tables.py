@@ -51,11 +51,6 @@ class ReportedRun(NamedTuple):
         """The title of the scenario, or the name of its file, or the kind."""
         return heading_of(self.record.attributes)
 
-    @property
-    def warnings(self) -> list[str]:
-        """Reasons to doubt the quantities."""
-        return list(filter(None, self.attribute("warnings").split("\n")))
-
 
 def summary(runs: Sequence[ReportedRun]) -> Iterator[Block]:
     """Yield quantities, estimates of their errors, audit and solver statistics of runs."""
