@@ -157,6 +157,9 @@ COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, BLACK, ORANGE, GREY)
 FORCE_COLOURS = (BLUE, GREEN, PURPLE, SKY)
 """Of applied forces and couples; the others are those of reaction and weight."""
 
+MAX_MARKS = 60
+"""Events that a picture or chart marks; marks of more would hide the lines."""
+
 COLOURS_ON_DARK = (
     *(SKY, ORANGE, GREEN, PURPLE),
     *("#F0E442", "#FFFFFF", VERMILION, "#AAAAAA"),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.display import NO_VALUE, cut_text
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.toml_data import differing_keys, toml_value
 
@@ -169,10 +170,10 @@ def _differing_origins(result: "Record", golden: "Record") -> Iterator[str]:
 
 def _shortened(value: Any) -> str:
     """Return a value as TOML, shortened."""
-    text = "none" if value is None else toml_value(value)
-    if len(text) <= MAX_VALUE:
-        return text
-    return f"a list of {len(value)}" if isinstance(value, list) else f"{text[:MAX_VALUE]}..."
+    text = NO_VALUE if value is None else toml_value(value)
+    if isinstance(value, list) and len(text) > MAX_VALUE:
+        return f"a list of {len(value)}"
+    return cut_text(text, MAX_VALUE)
 
 
 def _place(row: ComparedChannel) -> tuple[Any, ...]:
@@ -340,8 +341,7 @@ def _axis(result: "Record", name: str) -> str:
     if not axis:
         return "one column"
     named = ", ".join(members)
-    cut = named if len(named) <= MAX_VALUE else f"{named[:MAX_VALUE]}..."
-    return f"{len(members)} columns along {axis}: {cut}"
+    return f"{len(members)} columns along {axis}: {cut_text(named, MAX_VALUE)}"
 
 
 def _outside_event_windows(events: Any, time: Any, time_atol: float) -> Any:

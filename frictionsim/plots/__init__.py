@@ -20,6 +20,7 @@ from frictionsim.plots.kinds import OVER_TIME, View
 from frictionsim.plots.mechanism import draw_mechanism
 from frictionsim.plots.over_time import (
     MAX_PANELS,
+    WHOLE,
     check_channel,
     check_numbers,
     over_time,
@@ -215,7 +216,7 @@ def draw_several(
     view: str | None = None,
     figure: "Figure | SubFigure | None" = None,
     channels: Sequence[str] = (),
-    window: Any = (None, None),
+    window: Any = WHOLE,
 ) -> Any:
     """Draw results of one kind over each other, over time; return the figure.
 

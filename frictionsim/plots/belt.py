@@ -21,7 +21,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
 from frictionsim.motion.belt_drive import arc_of, path_of, places_on, pulleys_of, wear_of
 from frictionsim.motion.samples import scenario_in
 from frictionsim.plots.mechanism import draw_mechanism
-from frictionsim.plots.over_time import over_time, panels_of, within, write_above
+from frictionsim.plots.over_time import WHOLE, over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
     Look,
     add_legend,
@@ -46,8 +46,6 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
-
-WHOLE = (None, None)
 
 
 def _has_friction(record: "Record") -> bool:

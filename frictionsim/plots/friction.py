@@ -15,7 +15,7 @@ from frictionsim.mechanisms.effects import ShaftFriction
 from frictionsim.mechanisms.journal import moment_of
 from frictionsim.motion.samples import scenario_in
 from frictionsim.plots.kinds import KINETIC
-from frictionsim.plots.over_time import within
+from frictionsim.plots.over_time import WHOLE, within
 from frictionsim.plots.style import (
     LIMIT,
     Look,
@@ -43,9 +43,7 @@ CURVE_POINTS = 400  # on each side of rest
 BESIDE = 0.1  # of the range of speeds, by which the curve reaches farther
 
 
-def friction(
-    record: "Record", figure: "Figure | SubFigure", window: "Window" = (None, None)
-) -> None:
+def friction(record: "Record", figure: "Figure | SubFigure", window: "Window" = WHOLE) -> None:
     """Draw the dry friction over the moment of all else, and over the speed with its law."""
     effect = scenario_of(record).get("effects", {}).get("shaft_friction")
     names = ["angular_velocity", "friction_torque"]

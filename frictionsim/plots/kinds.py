@@ -25,7 +25,7 @@ from frictionsim.motion.parts import Body, Detail, Line
 from frictionsim.motion.samples import scenario_in
 from frictionsim.motion.shapes import bounds_around
 from frictionsim.plots.mechanism import draw_still, motion_at
-from frictionsim.plots.over_time import event_look, over_time, panels_of, within, write_above
+from frictionsim.plots.over_time import WHOLE, event_look, over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
     LIMIT,
     Look,
@@ -48,8 +48,6 @@ if TYPE_CHECKING:
     from frictionsim.motion.parts import Part, Role
     from frictionsim.plots.over_time import Window
     from frictionsim.results import Record
-
-WHOLE: "Window" = (None, None)
 
 
 class View(NamedTuple):

@@ -18,6 +18,7 @@ from matplotlib.patches import Patch
 
 from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
 from frictionsim.io.cost_table import BELOW, MIN_ERROR, TARGETS, WORK, line_of
+from frictionsim.plots.over_time import FULL_SIZE_POINTS
 from frictionsim.plots.style import (
     MARKERS,
     Look,
@@ -121,7 +122,6 @@ def _points(rows: "Sequence[Row]", work: str, error: str) -> tuple[list[float], 
 FIT_HEIGHT, FIT_MARGIN = 3.4, 0.8  # inches, of a channel with its residuals, and of title and axis
 RATIOS = (3.0, 1.2)  # heights of data and residuals
 RESIDUAL_WIDTH = 12  # characters beside a panel of residuals
-FULL_SIZE_POINTS = 60  # points: more are drawn smaller
 DATA: dict[str, Any] = {"color": GREY, "linestyle": "", "marker": "o", "markerfacecolor": "none"}
 FIT: dict[str, Any] = {"color": VERMILION, "linestyle": "-", "linewidth": 1.6}
 RESIDUAL: dict[str, Any] = {"color": BLACK, "linestyle": "", "marker": "."}

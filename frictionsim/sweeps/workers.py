@@ -26,6 +26,7 @@ from frictionsim.version import __version__
 PARENT_SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
+SECONDS_BETWEEN_TICKS = 0.1
 SECONDS_TO_END = 1.0  # of a pool
 LOCAL = "local:"  # what the address of a cluster begins with that is started here
 SECONDS_TO_ANSWER = 10.0  # of a scheduler

@@ -226,7 +226,7 @@ NO_TOML = "note: the two files differ in their scenario, of which one is not val
          "drive.force.time: a list of 40, expected [0.0, 0.8]"),
         ("effects.viscous_damping", None,
          "effects.viscous_damping.coefficient: none, expected 1.355"),
-        ("title", "x" * 70, f'title: "{"x" * 59}..., expected "Pulley on a dry shaft"'),
+        ("title", "x" * 70, f'title: "{"x" * 58}…, expected "Pulley on a dry shaft"'),
     ],
 )  # fmt: skip
 def test_each_key_that_differs_is_noted_with_both_values(
