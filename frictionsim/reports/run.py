@@ -272,8 +272,8 @@ def _cells(e: "Transition", name: str, label: str, columns: int) -> list[Cell]:
     button = f'<button type="button" data-time="{e.time!r}">{escaped(time)}</button>'
     dot = f'<span class="dot" style="background:{event_colour(name)}"></span>'
     cells: list[Cell] = [Html(button), Html(dot + escaped(name)), *event_cells(e, ANGLE_DIGITS)]
-    ending = [label] if label else []
-    return [*cells, *[""] * (columns - len(cells) - len(ending)), *ending]
+    last = [label] if label else []
+    return [*cells, *[""] * (columns - len(cells) - len(last)), *last]
 
 
 def scenarios(runs: "Sequence[ReportedRun]") -> Html:

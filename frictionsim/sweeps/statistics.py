@@ -197,7 +197,7 @@ MIN_ROWS = 16  # of A and B, below which the estimates are meaningless
 ROUNDING = 1e-12  # relative variation below which a quantity is constant
 RESAMPLES, CONFIDENCE = 999, 0.95
 SEED = 0  # of the bootstrap: the same sample gives the same file and the same picture
-MAX_DRAWN = 10_000_000  # numbers of the bootstrap in memory at a time
+BOOTSTRAP_NUMBERS = 10_000_000  # in memory at a time
 
 
 def indices_of(table: SweepTable, names: Iterable[str]) -> dict[str, SobolIndices]:
@@ -264,7 +264,7 @@ def _estimated(blocks: "Array") -> "Array":
         (np.arange(f_a.size),),
         indices,
         n_resamples=RESAMPLES,
-        batch=max(1, MAX_DRAWN // terms.size),
+        batch=max(1, BOOTSTRAP_NUMBERS // terms.size),
         vectorized=True,
         confidence_level=CONFIDENCE,
         method="percentile",

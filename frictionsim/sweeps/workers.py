@@ -41,7 +41,7 @@ def available_cores() -> int:
 
 
 class Workers(Executor):
-    """An executor of `concurrent.futures` that counts its workers and tells their death."""
+    """An executor of `concurrent.futures` that counts its workers and reports their death."""
 
     count = 1  # of simultaneous calls
     killed: tuple[type[BaseException], ...] = (BrokenExecutor,)  # raised by calls of dead workers
@@ -112,9 +112,9 @@ class ProcessPool(Workers):
             if process.pid in own:
                 process.kill()
         # It waits for the rest of the answer of a worker that died while sending it.
-        ending = threading.Thread(target=self._pool.shutdown, daemon=True)
-        ending.start()
-        ending.join(SECONDS_TO_END)
+        shutdown = threading.Thread(target=self._pool.shutdown, daemon=True)
+        shutdown.start()
+        shutdown.join(SECONDS_TO_END)
 
 
 @contextmanager
