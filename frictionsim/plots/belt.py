@@ -133,7 +133,7 @@ def _draw_slip(ax: Any, record: "Record", driver: str, window: "Window") -> dict
     mean = record.quantities.get("slip_percent")
     drawn = values
     if mean is not None and mean.value is not None:
-        whole = "mean_duration" in record.quantities
+        whole = averaged_periods(record) is not None
         words = (
             "slip of the mean speeds over whole periods"
             if whole
@@ -162,10 +162,19 @@ def smoothed(time: "Array", values: "Array", half: float) -> "Array":
 
 def averaged_part(record: "Record") -> Any:
     """Return the samples that the means of the summary are over."""
+    seconds = averaged_periods(record)
+    return last_part(record.time) if seconds is None else last_seconds(record.time, seconds)
+
+
+def averaged_periods(record: "Record") -> float | None:
+    """Return the whole periods, s, that the means of the summary are over.
+
+    None where they are over the last fifth, or the samples are of a shorter time.
+    """
     duration = record.quantities.get("mean_duration")
-    if duration is None or duration.value is None:
-        return last_part(record.time)
-    return last_seconds(record.time, duration.value)
+    if duration is None or duration.value is None or duration.value > np.ptp(record.time):
+        return None
+    return duration.value
 
 
 def _speed_at_rest(record: "Record") -> float:
@@ -219,7 +228,7 @@ def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) ->
     few = samples[:: -(-len(samples) // MAX_SAMPLES)]
     steady = [np.interp(place, *along_belt(path, part, k), period=path.length) for k in few]
     words = "last sample" if last == len(record.time) else f"at {picture_text(part.time[-1])} s"
-    whole = "whole periods" if "mean_duration" in record.quantities else "the last fifth"
+    whole = "the last fifth" if averaged_periods(part) is None else "whole periods"
     handles: dict[str, Any] = {}
     around = np.concatenate([[place[-1] - path.length], place, [place[0] + path.length]])
     curves = {words: now, f"mean over {whole}": np.mean(steady, axis=0)}

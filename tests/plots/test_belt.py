@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.results import Record, Transition
+from frictionsim.results import Quantity, Record, Transition
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
 from tests.support.belt_scenarios import path_of, scenario_of, shipped
 from tests.support.cases import one_in
@@ -107,6 +107,9 @@ def test_the_tension_of_a_string_is_that_of_its_joints() -> None:
     # The summary is of the whole run.
     assert "mean of a span, as in the summary" in words_of(draw(record, "tension"))
     assert "as in the summary" not in words_of(draw(record, "tension", time=1.0))
+    of_periods = record._replace(quantities={"mean_duration": Quantity(1.2, "s")})
+    assert "mean over whole periods" in words_of(draw(of_periods, "tension", time=1.4))
+    assert "mean over the last fifth" in words_of(draw(of_periods, "tension", time=1.0))
 
 
 @pytest.mark.parametrize("name", ["driven", "shaft"])
