@@ -172,13 +172,23 @@ GIVEN = {
 OIL = {"mu_s": 0.3, "mu_k": 0.25, "name": "oil"}
 OILED = {"effects__patch": [{"from": 0.7, "to": 0.8, **OIL}, {"from": 0.3, "to": 0.6, **OIL}]}
 WORN = {**WHOLE, **OILED, "effects__wear": {}}
-GUIDED = {**WHOLE, "effects__contact": None, "effects__bending": None}
+# On a line, with dampers stiff enough to be solved for.
+GUIDED = {
+    **WHOLE,
+    "effects__contact": None,
+    "effects__bending": None,
+    "effects__axial_damping": {"coefficient": 40.0, "basis": "section"},
+}
 # The published law chatters about rest from a millisecond on: from there rounding decides.
 CHATTERING = {**SHORT, "solver__duration": 0.0005, "output__interval": 0.00005}
 # A contact of the patch that closes doubles what rounding differs by, from 0.01 s on.
 PATCHED = {**SHORT, "solver__duration": 0.01}
 SMOOTHED = {"effects__shaft_friction__transition_speed": 1e-3, "solver__duration": 1.0}
 STEADY = {"speed": {"sine": {"mean": 2.0, "amplitude": 0.5, "frequency_hz": 1.0}}}
+BRAKED = {
+    "drive": {"speed": {"time": [0.0, 1.0, 1.1], "value": [4.0, 4.0, 0.0]}},
+    "solver__duration": 4.0,
+}
 FREE = {"drive": {"torque": 0.01}, "effects__gravity": None, "solver__duration": 1.0}
 CHATTER = "its heat of friction is that of steps that chatter about rest, which the scenario says"
 
@@ -218,6 +228,7 @@ CASES = [
     hard("no_static_friction", mirror=RAMP, slow=True),
     # --- lifts ------------------------------------------------------------------------------------
     Case("lift", golden=EXACT, mirror=OF_LIFT, sampled=LARGEST, model="lift"),
+    Case("lift", changes=BRAKED, mirror="its motion is given", sampled=LARGEST, word="given_speed"),
     hard("lift_moment_of_slack", mirror=OF_LIFT, sampled=LARGEST, slow=True),
     hard("lift_slack_rope", changes={"output__interval": 0.01}, mirror=OF_LIFT, sampled=LARGEST),
     hard("lift_traction_limit", mirror=AT_THE_LIMIT, sampled=LARGEST),

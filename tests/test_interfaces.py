@@ -65,6 +65,7 @@ def test_output_channels_are_the_only_channels(tmp_path: Path) -> None:
     assert list(some.channels) == ["time", "angle", "mode"]
     assert np.array_equal(some.channels["angle"], whole.channels["angle"])
     assert list(none.channels) == ["time"]
+    assert list(some.events) == ["time", "contact", "mode_from", "mode_to", "angle"]
     for run in (some, none):
         assert run.quantities == whole.quantities
         assert run.checks == whole.checks

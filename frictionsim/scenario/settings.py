@@ -266,6 +266,10 @@ class Scenario(Params):
                 f" (--set solver.backend={stiff[0]}): the smoothed law limits the steps of"
                 f" {backend}, whatever its tolerances"
             ]
+        fit = methods.methods_of(self.pairs, law)
+        if not fixed and (others := [name for name in fit if methods.METHODS[name].fixed_steps]):
+            other = f"take {others[0]} (--set solver.backend={others[0]})"
+            ways.append(f"{other}, whose steps stiff dampers do not limit")
         return " or ".join((", ".join(ways[:-1]), ways[-1]))
 
     @model_validator(mode="after")

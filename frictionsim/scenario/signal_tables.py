@@ -44,7 +44,8 @@ class PointsTable(Params):
                 raise inconsistent(
                     (key,),
                     f"{name}s must increase from point to point, but point {i + 2} at {later}"
-                    f" {unit_of(field)} follows one at {earlier} {unit_of(field)}",
+                    f" {unit_of(field)} follows one at {earlier} {unit_of(field)}"
+                    + ("; a jump is a steep slope" if (name, later) == ("time", earlier) else ""),
                 )
         return self
 

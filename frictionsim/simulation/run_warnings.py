@@ -12,6 +12,7 @@ from frictionsim.results import STICK, TAUT
 from frictionsim.scenario.methods import REGULARISED
 from frictionsim.scenario.plausibility import SAMPLES_PER_PERIOD, unresolved
 from frictionsim.scenario.signals import Signal
+from frictionsim.solvers.prescribed import DRIVE
 from frictionsim.solvers.system import MARGINS, STOP, OneCoordinate
 
 if TYPE_CHECKING:
@@ -34,9 +35,10 @@ def hidden_stick_slip(
 ) -> list[str]:
     """Warn if the interval, s, does not resolve the changes of stick and slip.
 
-    The flights of a body that bounces on an end stop, ever shorter ones, do not count.
+    The flights of a body that bounces on an end stop, ever shorter ones, do not count, nor do the
+    turns of a given speed, which is no contact.
     """
-    changes = [e for e in transitions if e.mode_from != e.mode_to]
+    changes = [e for e in transitions if e.mode_from != e.mode_to and e.contact != DRIVE]
     apart = SAME_EVENT_ULPS * ulp(duration)
     between = (b.time - a.time for a, b in pairwise(changes) if STOP not in (a.contact, b.contact))
     shortest = min((time for time in between if time > apart), default=None)

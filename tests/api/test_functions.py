@@ -62,14 +62,6 @@ def test_the_sweeps_of_a_file_and_of_a_study_are_done_alike() -> None:
     assert all(resumed[name].default == sweep[name].default for name in shared)
 
 
-def test_static_gives_the_forces_of_impending_motion() -> None:
-    quantities = fs.static(PULLEY)
-    assert quantities["force_to_lift"].value == pytest.approx(2707.70308)
-    assert fs.static(pulley()) == fs.static(fs.load(PULLEY)) == quantities
-    less = fs.static(PULLEY, {MU_S: 0.1, "effects.shaft_friction.mu_k": 0.1})["force_to_lift"]
-    assert less.value == pytest.approx(2456.993085547742)  # of the recipe in a shell
-
-
 def test_compare_takes_results_and_paths_and_leaves_names_out(tmp_path: Path) -> None:
     result = fs.solve(PULLEY)
     path = result.save(tmp_path / "a.h5")

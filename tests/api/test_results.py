@@ -180,6 +180,10 @@ def assert_like_the_file(result: fs.Result, path: Path) -> None:
         for name, variable in read.variables.items():
             assert dataset[name].dtype == variable.dtype, name
     with xarray.open_datatree(path, engine="h5netcdf") as tree:
+        numbers = [float(tree["quantities"][name]) for name in result.quantities]
+        wanted = [float(quantity) for quantity in result.quantities.values()]
+        assert np.array_equal(numbers, wanted, equal_nan=True)
+        assert tree["audit"]["check"].values.tolist() == list(result.audit)
         if not result.events.sizes["event"]:
             assert "events" not in tree
             return

@@ -122,14 +122,6 @@ def test_a_run_is_resumed_in_memory_and_from_its_file_to_the_same_bytes(tmp_path
     assert path.read_bytes() == (tmp_path / "other.h5").read_bytes() == whole
 
 
-def test_max_wall_stops_a_run_that_can_be_resumed() -> None:
-    part = fs.solve(SCENARIOS / "hard" / "many_cycles.toml", max_wall=0.05)
-    assert (part.status, part.failure, part.exit_code) == ("failed", "budget_exceeded", 5)
-    assert part.reason.startswith("wall-time limit of 0.05 s reached at t = ")
-    again = fs.resume(part, max_wall=0.05)
-    assert again.dataset["time"][-1] > part.dataset["time"][-1]
-
-
 def test_max_wall_counts_from_the_call() -> None:
     class Slow(dict[str, Any]):
         def items(self) -> Any:

@@ -1,11 +1,10 @@
-"""Every pair of friction law and method that a belt may have, and every effect left out."""
+"""Laws of friction that only adaptive steps integrate, and every effect left out."""
 
 import pytest
 
-import frictionsim as fs
 from frictionsim.results import failures
 from tests.support.belt_scenarios import every_effect, pair
-from tests.support.scenarios import Scenario, simulate, with_method
+from tests.support.scenarios import simulate, with_method
 
 PARAMETERS = {
     "regularised": {"transition_speed": 0.05},
@@ -14,22 +13,11 @@ PARAMETERS = {
 SHORT = 2e-5  # s: some steps of each method
 
 
-def data_of(law: str, backend: str) -> Scenario:
-    data = with_method(pair(solver__duration=SHORT), law, backend)
-    data["effects"]["belt_friction"] |= PARAMETERS.get(law, {})
-    return data
-
-
 @pytest.mark.usefixtures("uncompiled")
-@pytest.mark.parametrize("backend", ["rkf45", "moreau"])
-@pytest.mark.parametrize("law", ["set-valued", *PARAMETERS])
-def test_a_pair_comes_to_its_end(law: str, backend: str) -> None:
-    """Steps of a fixed length are for the set-valued law alone."""
-    data = data_of(law, backend)
-    if backend == "moreau" and law != "set-valued":
-        with pytest.raises(fs.ScenarioError, match="moreau"):
-            fs.load(data)
-        return
+@pytest.mark.parametrize("law", PARAMETERS)
+def test_a_law_of_the_slip_comes_to_its_end(law: str) -> None:
+    data = with_method(pair(solver__duration=SHORT), law, "rkf45")
+    data["effects"]["belt_friction"] |= PARAMETERS[law]
     done = simulate(data)
     assert (done.status, done.reason) == ("done", "")
 

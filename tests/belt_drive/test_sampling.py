@@ -37,10 +37,7 @@ NO_DAMPERS = {"effects__axial_damping": None, "effects__contact__damping": None}
 # Changes, and the states beside those of the bodies.
 STATES: dict[str, tuple[Scenario, int]] = {
     "all effects": ({}, 2 * 2 + 3),
-    "a prescribed speed": ({"drive__driver": GIVEN}, 2 + 1 + 3),
-    "two": ({"drive__driver": GIVEN, "drive__driven": GIVEN}, 2 + 3),
-    "no friction": ({"effects__belt_friction": None}, 4 + 2),
-    "no dampers": (NO_DAMPERS, 4 + 2),
+    "two given speeds": ({"drive__driver": GIVEN, "drive__driven": GIVEN}, 2 + 3),
     "a damper in bending": ({**NO_DAMPERS, "effects__bending__damping": 1e-6}, 4 + 3),
     "springs only": ({"effects": {"contact": {"c2": 2e5}}}, 4 + 1),
 }

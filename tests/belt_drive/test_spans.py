@@ -8,64 +8,30 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.results import Record
-from tests.support.belt_scenarios import NO_MOTION_ACROSS, Array, pair, shipped, trio
-from tests.support.drawn_belts import drawn
+from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, shipped, swinging
 from tests.support.falsified import falsified
 from tests.support.scenarios import simulate
 from tests.support.second_way import Recorded
-from tests.support.second_way_belt import last, mean, span_tensions
+from tests.support.second_way_belt import mean, span_tensions
 
 
-def spans_of(done: Record) -> tuple[list[float | None], Array]:
-    """Return the mean tensions of the spans, and those of a second way.
-
-    That walks from the last body on a pulley to the first on the next, sample by sample.
-    """
-    scenario = tomllib.loads(done.attributes["scenario"])
-    part = Recorded(scenario, done.time, dict(done.channels), [])
-    if "mean_duration" in done.quantities:  # of a whole period of the drive
-        begin = done.time[-1] - (done.quantities["mean_duration"].value or 0.0)
-        late = done.time >= begin - 1e-9
-        part = part._replace(
-            time=done.time[late], channels={k: v[late] for k, v in done.channels.items()}
-        )
-    else:
-        part = last(part)
+def test_spans_beside_a_pulley_that_nobody_touches_are_one() -> None:
+    """A roller hardly touches the back of a belt that swings, and is left alone for a while."""
+    done = simulate(swinging())
+    late = done.time >= 0.05 - 1e-9  # in the last period, of which the means are
+    touched = np.any(done.channels["pulley_index"][late] == 1, axis=1)
+    assert 0 < np.sum(touched) < len(touched)
     names = done.members["pulley"]
     quantities = [
         done.quantities[f"tension_{one}_to_{other}"].value
         for one, other in zip(names, names[1:] + names[:1], strict=True)
     ]
-    return quantities, mean(part.time, span_tensions(part))
-
-
-@pytest.mark.parametrize("seed", [0, 3])
-def test_a_span_reaches_from_the_last_body_on_a_pulley_to_the_first_on_the_next(seed: int) -> None:
-    done = simulate(drawn(seed, solver__backend="moreau"))
-    quantities, walked = spans_of(done)
-    assert quantities == pytest.approx(walked, rel=1e-9)  # sums in another order
-
-
-def test_spans_beside_a_pulley_that_nobody_touches_are_one() -> None:
-    """A roller hardly touches the back of a belt that swings, and is left alone for a while."""
-    swing = {"sine": {"mean": 0.0, "amplitude": 16.0, "frequency_hz": 20.0}}
-    data = trio(
-        mechanism__belt__bodies=48,
-        drive__driver={"torque": swing},
-        drive__roller=None,
-        effects__patch=None,
-        effects__bending__damping=None,  # by the kernel of others
-        solver={"backend": "moreau", "duration": 0.1, "step": 1e-5},
-        output__interval=5e-4,
-    )
-    data["mechanism"]["pulleys"][1]["center"] = [0.2, -0.128]
-    done = simulate(data)
-    late = done.time >= 0.05 - 1e-9  # in the last period
-    touched = np.any(done.channels["pulley_index"][late] == 1, axis=1)
-    assert 0 < np.sum(touched) < len(touched)
-    quantities, walked = spans_of(done)
-    assert quantities == pytest.approx(walked, rel=1e-9)
+    # From the last body on a pulley to the first on the next, sample by sample.
+    channels = {name: values[late] for name, values in done.channels.items()}
+    scenario = tomllib.loads(done.attributes["scenario"])
+    walked = span_tensions(Recorded(scenario, done.time[late], channels, []))
+    # Sums in another order.
+    assert quantities == pytest.approx(mean(done.time[late], walked), rel=1e-9)
     # Only where the roller is touched do the spans beside it differ.
     assert quantities[0] != quantities[1]
 

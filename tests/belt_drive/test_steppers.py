@@ -5,11 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.support.belt_kernels import assemble, stepper_of
 from tests.support.belt_reference import integrate, pack
 from tests.support.belt_scenarios import (
     NO_FRICTION,
-    NO_MOTION_ACROSS,
     SHORT,
     SMOOTH,
     STARTS,
@@ -23,7 +21,6 @@ from tests.support.belt_scenarios import (
     scenario_of,
     shipped,
     stepped,
-    trio,
 )
 from tests.support.cases import one_in, slow
 from tests.support.scenarios import Scenario, changed, sound
@@ -102,38 +99,6 @@ def test_a_tighter_tolerance_is_a_smaller_error(bodies: int) -> None:
     # Measured 2.6 to 60, for at 1e-4 the longest stable step decides, and 24 to 50.
     assert errors[0] > 2 * errors[1] > 20 * errors[2]
     assert errors[2] <= 2e-6
-
-
-RESUMED = {
-    "rkf45": trio(),
-    "moreau": trio(solver__backend="moreau"),
-    "moreau, stiff dampers": pair(
-        solver__backend="moreau", effects__axial_damping__coefficient=2000.0
-    ),
-    "moreau, stiff dampers on a line": pair(
-        solver__backend="moreau",
-        effects__axial_damping__coefficient=2000.0,
-        **NO_MOTION_ACROSS,
-    ),
-}
-
-
-@pytest.mark.parametrize("name", RESUMED)
-def test_a_copy_of_its_arrays_goes_on_to_the_same_bits(name: str) -> None:
-    scenario = scenario_of(RESUMED[name])
-    whole, half, rest = (stepper_of(assemble(scenario), scenario) for _ in range(3))
-    whole.start()
-    whole.advance(1.0, 1.0, 23)
-    whole.advance(1.0, 1.0, 27)
-    half.start()
-    half.advance(1.0, 1.0, 23)
-    half.interpolate(half.t)  # samples change no bit
-    for key, array in half.arrays().items():
-        rest.arrays()[key][...] = array
-    rest.compile()
-    rest.advance(1.0, 1.0, 27)
-    for key, array in rest.arrays().items():
-        assert np.array_equal(array, whole.arrays()[key]), key
 
 
 UNLIKE = {"driven": {"c1": 3e7, "c2": 8e5, "damping": 100.0, "p_max": 2e-4}}

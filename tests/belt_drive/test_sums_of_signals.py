@@ -3,7 +3,6 @@
 from math import exp, expm1
 from typing import Any
 
-import numpy as np
 import pytest
 
 import frictionsim as fs
@@ -14,9 +13,9 @@ INERTIA = 2e-3  # kg m^2, of a pulley of `pair`
 DURATION = 0.05  # s
 
 
-def smooth_pulleys(signal: Any, key: str = "torque", **changes: Any) -> Scenario:
+def smooth_pulleys(signal: Any, **changes: Any) -> Scenario:
     """Return pulleys on which the belt slides without friction: nothing but torques turns them."""
-    rubs = {"effects__belt_friction": NO_FRICTION, "drive": {"driven": {key: signal}}}
+    rubs = {"effects__belt_friction": NO_FRICTION, "drive": {"driven": {"torque": signal}}}
     return pair(**NO_MOTION_ACROSS, **rubs, **changes)
 
 
@@ -59,31 +58,6 @@ def test_constants_and_brakes_add_to_an_exponential_run_up(
         work, abs=1e-3 * INERTIA * final**2 + 1e-12
     )
     assert done.channels["pulley_speed"][-1, 0] == 0.0
-
-
-RAMPS = [
-    {"time": [0.005, 0.02], "value": [0.0, -2.0]},
-    {"smooth_step": {"from": 0.0, "to": -3.0, "start": 0.01, "stop": 0.03}},
-    {"sine": {"mean": 0.5, "amplitude": 1.0, "frequency_hz": 40.0, "phase_deg": 30.0}},
-    -1.0,
-]
-
-
-def test_a_list_of_one_is_the_signal_to_the_bit() -> None:
-    for signal in (*RAMPS, over_speed(0.1)):
-        plain, listed = (simulate(smooth_pulleys(drive)) for drive in (signal, [signal]))
-        for name, values in plain.channels.items():
-            np.testing.assert_array_equal(values, listed.channels[name], err_msg=name)
-
-
-def test_a_given_speed_is_the_sum_of_its_signals() -> None:
-    done = simulate(pair(drive={"driver": {"speed": RAMPS}}))
-    t = done.time
-    x = np.clip((t - 0.01) / 0.02, 0.0, 1.0)
-    expected = np.interp(t, [0.005, 0.02], [0.0, -2.0]) - 3.0 * x * x * (3.0 - 2.0 * x)
-    expected += 0.5 + np.sin(2.0 * np.pi * 40.0 * t + np.pi / 6.0) - 1.0
-    # Sums and a sine of 12 rad are rounded in another order.
-    assert done.channels["pulley_speed"][:, 0] == pytest.approx(expected, abs=1e-13)
 
 
 def test_a_step_ends_at_the_discontinuities_of_all_terms() -> None:

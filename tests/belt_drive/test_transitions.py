@@ -9,7 +9,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.results import BACKWARD, FORWARD, OPEN, SLACK, STICK, TAUT, Record
-from tests.support.belt_scenarios import NO_MOTION_ACROSS, mirrored, pair, trio
+from tests.support.belt_scenarios import NO_MOTION_ACROSS, mirrored, pair, swinging, trio
 from tests.support.cases import slow
 from tests.support.scenarios import Scenario, simulate
 from tests.support.second_way_belt import walked
@@ -170,17 +170,7 @@ SINCE_FORCES = 1e-6  # m
 
 
 def test_a_roller_lifts_off_and_is_touched_again() -> None:
-    """It hardly touches the back of a belt that swings."""
-    data = trio(
-        **OF_THREE,
-        drive__driver={"torque": {"sine": {"mean": 0.0, "amplitude": 16.0, "frequency_hz": 20.0}}},
-        drive__roller=None,
-        effects__patch=None,
-        effects__bending__damping=None,  # by the kernel of others
-        solver__step=1e-5,
-    )
-    data["mechanism"]["pulleys"][1]["center"] = [0.2, -0.128]
-    done, transitions = told(data)
+    done, transitions = told(swinging())
     changes = [event for event in transitions if event[1] == "roller"]
     assert len(changes) >= 2
     c = done.channels

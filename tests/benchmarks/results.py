@@ -11,11 +11,10 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+import frictionsim as fs
 from frictionsim.display import BLACK, BLUE, ORANGE, PURPLE, VERMILION
 from frictionsim.plots.style import add_legend, line_look, save
 from frictionsim.results import Record
-from frictionsim.scenario.loading import load
-from frictionsim.simulation.simulate import run
 from tests.benchmarks.results_belts import paper, seat, wrap
 from tests.benchmarks.results_common import (
     RESULTS,
@@ -106,8 +105,8 @@ def energy() -> None:
 
 
 def _balance(name: str) -> dict[str, Any]:
-    scenario = load(SCENARIOS / f"{name}.toml")
-    record, target = run(scenario, lambda t: None), TARGETS.get(scenario.kind, TARGET)
+    scenario = fs.load(SCENARIOS / f"{name}.toml")
+    record, target = fs.solve(scenario).record, TARGETS.get(scenario.kind, TARGET)
     row = {
         "scenario": name,
         "law": scenario.law or "none",
@@ -124,7 +123,7 @@ def _balance(name: str) -> dict[str, Any]:
         if scenario.solver.backend == "moreau":
             step = 0.5 * scenario.solver.duration / record.statistics.steps
             row["run again with"] = f"solver.step={step:.4g}"
-        second = run(scenario.replace((row["run again with"],)), lambda t: None)
+        second = fs.solve(scenario.replace((row["run again with"],))).record
         row["energy balance then"] = f"{second.checks['energy_balance'].value:.1e}"
         row["warning"] = row["warning"] or warning_on(second)
     say(" ".join(row.values()))

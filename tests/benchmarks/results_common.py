@@ -14,10 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+import frictionsim as fs
 from frictionsim.results import Record, failures
-from frictionsim.scenario.loading import validate
-from frictionsim.scenario.overrides import apply_overrides
-from frictionsim.simulation.simulate import run
 
 ROOT = Path(__file__).parents[2]
 SCENARIOS, RESULTS = ROOT / "scenarios", ROOT / "results"
@@ -59,8 +57,7 @@ def solve(base: str, *overrides: str, without: Iterable[str] = ()) -> Record:
     data = tomllib.loads((SCENARIOS / f"{base}.toml").read_text())
     for effect in without:
         data["effects"].pop(effect, None)
-    apply_overrides(data, overrides)
-    return run(validate(data, SCENARIOS), lambda t: None)
+    return fs.solve(fs.load(data, overrides, folder=SCENARIOS)).record
 
 
 def moreau(base: str, bodies: int, *overrides: str, without: Iterable[str] = ()) -> Record:

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+import frictionsim as fs
 from frictionsim.results import Record
-from frictionsim.simulation.simulate import run
 from tests.benchmarks.results_common import Table, quantity_of, say, tensions_of, warning_on, write
 from tests.support.belt_scenarios import scenario_of
 from tests.support.drawn_belts import drawn
@@ -44,7 +44,8 @@ def creep() -> None:
 def errors_of(seed: int, points: int) -> dict[str, list[float]]:
     """Run one drive; return its errors, % and rad."""
     drive = drawn_drive(seed)
-    exact, done = steady(drive), run(scenario_of(scenario_of_drive(drive, points)), lambda t: None)
+    exact = steady(drive)
+    done = fs.solve(scenario_of(scenario_of_drive(drive, points))).record
     assert not warning_on(done), warning_on(done)
     tight, slack = tensions_of(done)
     names = zip(("driver", "driven"), exact.adhesion, strict=True)
@@ -121,7 +122,7 @@ def _with_contact(data: Scenario, depth: float) -> Scenario:
 
 
 def _solved(data: Scenario) -> Record:
-    done = run(scenario_of(data), lambda t: None)
+    done = fs.solve(scenario_of(data)).record
     assert done.status == "done", done.reason
     say("".join(f"    {text}\n" for text in done.warnings))
     return done

@@ -120,19 +120,6 @@ def test_a_file_holds_what_the_run_and_its_record_hold(done: Record, result: Pat
     ]
 
 
-def test_xarray_opens_a_result_file(done: Record, result: Path) -> None:
-    with xarray.open_dataset(result, engine="h5netcdf") as root:
-        assert root["angle"].dims == ("time",)
-        assert root["angle"].attrs["units"] == "rad"
-        np.testing.assert_array_equal(root["angle"], done.channels["angle"])
-    with xarray.open_datatree(result, engine="h5netcdf") as tree:
-        assert tree["events"]["mode_to"].dims == ("event",)
-        times = [transition.time for transition in done.transitions]
-        np.testing.assert_array_equal(tree["events"]["time"], times)
-        assert float(tree["quantities"]["final_time"]) == 3.0
-        assert tree["audit"]["value"].sel(check="stick_drift") == 0.0
-
-
 def test_an_interrupted_result_opens_as_a_tree(tmp_path: Path) -> None:
     """The arrays of the checkpoint have dimensions, so that no reader needs to invent some."""
     stopped = simulate(pulley(solver__max_steps=20))

@@ -9,7 +9,7 @@ import pytest
 import frictionsim as fs
 from tests.support.cases import one_in, slow
 from tests.support.problems import assert_agrees, cases
-from tests.support.scenarios import Scenario, changed, shipped, simulate, sound
+from tests.support.scenarios import Scenario, shipped, simulate, sound
 
 
 def gear(**changes: Any) -> Scenario:
@@ -131,18 +131,6 @@ def test_path_of_a_rim_point_has_the_known_range_and_length() -> None:
     assert path == pytest.approx(8 * 0.18, rel=1e-8)
 
 
-@pytest.mark.parametrize(("turns", "count"), [(0.2, 1), (0.5, 2), (0.9, 2), (1.0, 2), (3.4, 7)])
-def test_cusps_are_counted(turns: float, count: int) -> None:
-    """r1/r2 = 2: every half turn of the crank, and at the start; of a closed path each once."""
-    speed = 2 * pi * turns
-    data = gear(drive={"speed": speed}, effects__tracer_point={"radius": 0.06})
-    run = simulate(data)
-    assert run.quantities["tracer_cusps"].value == count
-    within = changed(data, effects__tracer_point={"radius": 0.05})
-    run = simulate(within)
-    assert run.quantities["tracer_cusps"].value is None
-
-
 def test_torques_of_impending_motion_bound_the_stick_band() -> None:
     quantities = fs.static(gear(mechanism__initial_angle_deg=-60.0))
     limit = 0.15 * 2 + 5e-4 * 1.2 * 9.81 * sin(radians(60)) * 3
@@ -154,24 +142,6 @@ def test_torques_of_impending_motion_bound_the_stick_band() -> None:
     published = fs.static(gear(mechanism__formulation="published"))
     assert published["gravity_moment"].value == pytest.approx(4.94424, rel=1e-12)  # as printed
     assert not any(name.startswith("torque_to_start") for name in published)
-
-
-@pytest.mark.parametrize(
-    ("formulation", "most", "at", "least", "at_least"),
-    [
-        ("consistent", 3.1253352, 0.358, -2.52528, 180.0),
-        ("published", 5.3942715, 0.205, -4.494272, 180.205),
-    ],
-)
-def test_the_peak_of_eq_28(
-    formulation: str, most: float, at: float, least: float, at_least: float
-) -> None:
-    scenario = fs.load("epicyclic", {"mechanism.formulation": formulation})
-    for values in (fs.static(scenario), fs.solve(scenario, {"solver.duration": 0.1}).quantities):
-        seen = {name: values[f"uniform_torque_{name}"].value for name in ("max", "min")}
-        assert seen == pytest.approx({"max": most, "min": least}, abs=5.1e-7)  # digits given
-        angles = [values[f"uniform_torque_{name}_angle"].value for name in ("max", "min")]
-        assert np.degrees(angles) == pytest.approx([at, at_least], abs=5.1e-4)
 
 
 def test_the_extremes_of_eq_28_are_those_of_a_turn() -> None:

@@ -89,13 +89,6 @@ def test_the_schema_for_editors_takes_all_forms(place: tuple[str, str, str, str]
         assert not schema.is_valid(data)
 
 
-def test_the_exponent_of_stribeck_is_two_if_left_out() -> None:
-    short = {"stribeck": {"mu_c": 0.1, "speed": 0.03}}
-    whole = {"stribeck": {"mu_c": 0.1, "speed": 0.03, "exponent": 2.0}}
-    one, two = (fs.load(shipped("pulley", effects__shaft_friction__mu_k=x)) for x in (short, whole))
-    assert one == two
-
-
 def test_a_couple_in_proportion_to_the_speed_is_viscous_damping() -> None:
     """J w' = -(c rho) (rho w), rho = r1/r2: the speed falls as exp(-c rho^2 t/J) and never ends."""
     slope, speed, data = 0.02, 8.0, shipped("epicyclic")

@@ -156,12 +156,6 @@ def test_c_is_undefined_without_a_reaction(tmp_path: Path) -> None:
     fs.report(result, tmp_path / "light.html")
 
 
-def test_channels_that_are_not_asked_for_are_not_there() -> None:
-    run = simulate(shipped("pulley_cases", output__channels=["angle", "case"]))
-    assert run.channels.keys() == {"time", "angle", "case"}
-    assert {name for name in run.events if name.startswith("lever")} == set()
-
-
 # --- a normal load that is constant ---------------------------------------------------------------
 
 TWICE = 2.0 * LOAD  # N: the reaction where the force is as large as the load

@@ -161,12 +161,6 @@ def test_no_force_of_a_self_locking_shaft_breaks_away(backend: str) -> None:
     assert simulate(data).transitions == []
 
 
-def test_a_spinning_start_needs_no_breakaway() -> None:
-    run = simulate(pulley(drive__force=LOAD, mechanism__initial_angular_velocity=-2.0))
-    assert modes(run) == [(-1, 0)]
-    assert run.channels["angle"][-1] < 0.0
-
-
 def test_a_stop_within_one_long_step_is_found() -> None:
     """The velocity is a parabola that touches zero within one step."""
 
@@ -224,31 +218,10 @@ def test_statics_are_exact_and_agree_with_the_paper() -> None:
         assert values[name] == pytest.approx(printed, rel=rel), name
 
 
-def test_the_textbook_s_friction_radius() -> None:
-    """r mu in the place of r mu/sqrt(1 + mu^2): what the page about the pulley has of it."""
-    textbook = {"shaft_radius": 0.0254, "mu_s": 0.2041241452, "mu_k": 0.1}
-    values = {n: q.value for n, q in fs.static(pulley(effects__shaft_friction=textbook)).items()}
-    assert values["friction_radius_static"] == pytest.approx(0.0254 * 0.2, rel=1e-9)
-    names = ("force_to_lift", "force_to_hold", "force_to_lift_horizontal")
-    assert [values[name] for name in names] == pytest.approx([2718.3, 1819.7, 2563.5], abs=0.05)
-
-
 arms = st.floats(1e-3, 10.0)
 mus = st.floats(1e-6, 10.0)
 loads = st.floats(1e-3, 1e6)
 directions = st.booleans()
-
-
-def test_the_quadratic_of_eq_47_has_other_coefficients_than_printed() -> None:
-    r_s = 1e3 * EXACT["friction_radius_static"]
-    a = (50.8**2 - r_s**2) / 4.0  # mm^2
-    exact = a, LOAD * 50.8**2 / 2.0, a * LOAD**2
-    assert exact == pytest.approx((638.96, 2869.80e3, 3160.68e6), rel=1e-5)  # its digits
-    # Near a double root, five digits of the coefficients leave four of the roots.
-    assert np.roots([638.96, -2869.80e3, 3160.68e6]) == pytest.approx(
-        (2556.365, 1935.021), rel=1e-4
-    )
-    assert np.roots([638.7, -2869.6e3, 3149e6]) == pytest.approx((2587.3, 1905.6), rel=2e-5)
 
 
 def limits(arm: float, mu: float, load: float, vertical: bool, shaft: float = 0.5) -> Any:
@@ -293,13 +266,13 @@ def test_a_shaft_that_locks_itself_has_no_force_to_lift(vertical: bool) -> None:
 # --- properties of random pulleys
 
 
-def close(actual: Any, expected: Any, tolerance: float = 1e-6) -> bool:
+def close(actual: Any, expected: Any) -> bool:
     """Compare channels of two runs at rtol 1e-9 whose steps differ.
 
     A hundred steps of 1e-9 each, and a position that is off where a stop came a little late.
     """
     scale = max(1.0, float(np.max(np.abs(expected), initial=0.0)))
-    return bool(np.max(np.abs(actual - expected), initial=0.0) <= tolerance * scale)
+    return bool(np.max(np.abs(actual - expected), initial=0.0) <= 1e-6 * scale)
 
 
 forces = st.one_of(
@@ -407,41 +380,3 @@ def test_breakaway_depends_on_static_friction_alone(
     ]
     assert first[1] == first[0]
     assert first[2] == pytest.approx(first[0], abs=1e-12)  # another piece to look for it in
-
-
-@examples(8)
-@given(scenarios(st.floats(0.0, 6000.0)))
-def test_without_losses_energy_is_kept_and_motion_reverses(data: Scenario) -> None:
-    bare = data | {"effects": {}}
-    run = simulate(bare)
-    energy = run.channels["energy_kinetic"] + run.channels["energy_potential"]
-    # A constant force has the potential -P r_e theta: what it puts in is what is stored.
-    assert close(energy, run.channels["energy_input"], 1e-8)  # rtol 1e-9 of some ten steps
-    end = {
-        "initial_angle_deg": float(np.rad2deg(run.channels["angle"][-1])),
-        "initial_angular_velocity": -float(run.channels["angular_velocity"][-1]),
-    }
-    back = bare | {"mechanism": data["mechanism"] | end}
-    turned = simulate(back).channels["angle"][-1]
-    assert close(turned, 0.0, 1e-6 * (1 + abs(run.channels["angle"][-1])))
-
-
-@examples(10)
-@given(scenarios())
-def test_terminal_velocity_balances_the_drag(data: Scenario) -> None:
-    geometry, friction = data["mechanism"], data["effects"]["shaft_friction"]
-    force, drag = 3.0 * geometry["load"], geometry["inertia"]  # a time constant of one second
-    data = changed(
-        data,
-        drive={"force": force, "direction": "vertical"},
-        effects={"shaft_friction": friction, "viscous_damping": {"coefficient": drag}},
-        solver={"duration": 30.0},
-    )
-    run = simulate(data)
-    if not run.transitions:
-        return  # this shaft holds thrice the load
-    torque = (force - geometry["load"]) * geometry["cord_radius"]
-    radius = friction_radius(friction["shaft_radius"], friction["mu_k"])
-    torque -= radius * (force + geometry["load"])
-    # exp(-30) of it is missing, and rtol 1e-9
-    assert drag * run.channels["angular_velocity"][-1] == pytest.approx(torque, rel=1e-8)

@@ -138,7 +138,7 @@ def angle_of_a_cord_that_sticks(car: float) -> float:
 
 @pytest.mark.parametrize("way", [1, -1])
 def test_a_cord_within_its_limit_does_not_slip_where_the_shaft_gives_way(way: int) -> None:
-    for car in np.linspace(31.0, 35.0, 7):
+    for car in np.linspace(31.0, 35.0, 3):
         torque = ramp((0.0, -28.0 * way), (2.0, -45.0 * way))
         result = solved(grips(float(car), torque, mirrored=way < 0))
         assert events(result) == [("shaft", STICK, -way)]

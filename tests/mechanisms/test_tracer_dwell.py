@@ -240,3 +240,7 @@ def test_an_open_path_has_the_cusps_at_both_of_its_ends() -> None:
     assert value(gear({"speed": TURN}, 0.5), "tracer_cusps") == 3
     assert value(gear({"speed": TURN}, 1.0, (0.12, 0.08)), "tracer_cusps") == 2
     assert value(gear({"speed": TURN}, 100.0), "tracer_cusps") == 400
+
+
+def test_a_point_within_the_rim_has_no_cusps() -> None:
+    assert value(gear({"speed": TURN}, 1.0, radius=0.02), "tracer_cusps") is None

@@ -12,7 +12,6 @@ from tests.support.html_elements import charts_of, data_of, panels_of, report_of
 from tests.support.scenarios import SCENARIOS
 
 FAST = {"solver.rtol": 1e-6}
-MAX_EVENTS = 5000  # of the table; more make a page slow
 MAX_SAMPLES = 4000  # of a line, more than a screen has side by side
 
 

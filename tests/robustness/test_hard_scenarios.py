@@ -273,7 +273,3 @@ def test_scenarios_give_only_the_expected_warnings(path: Path) -> None:
     expected = EXPECTED_WARNINGS.get(path.stem, [])
     for warning, words in zip(done.warnings, expected, strict=True):
         assert words in warning
-
-
-def test_hard_scenarios_pass_check(told: Callable[..., Any]) -> None:
-    told("check", *map(str, sorted(HARD.glob("*.toml"))))

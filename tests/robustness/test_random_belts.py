@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import frictionsim as fs
@@ -59,12 +59,13 @@ def test_random_belts_obey_the_friction_law_and_pass_the_audit(
     backend: str, data: Scenario
 ) -> None:
     result = simulated(data, backend)
-    if result is None or result.failure == "budget_exceeded":
-        return
+    assume(result is not None and result.failure != "budget_exceeded")
+    assert result is not None
     done = result.record
     assert (done.status, done.failure) in {("done", ""), ("failed", "belt_off_pulleys")}
     assert all(np.isfinite(channel).all() for channel in done.channels.values())
-    if done.status == "done" and not done.warnings:  # the checks of a slack belt may fail
+    is_slack = any("goes slack" in warning for warning in done.warnings)
+    if done.status == "done" and not is_slack:  # whose checks may fail
         assert {name for name, check in done.checks.items() if not check.ok} == set()
     size, normal = np.abs(done.channels["friction_force"]), done.channels["normal_force"]
     mu = data["effects"]["belt_friction"]["mu_s"]

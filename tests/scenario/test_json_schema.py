@@ -2,7 +2,6 @@
 
 import sys
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -121,33 +120,3 @@ def test_what_a_variant_does_not_have_is_refused() -> None:
 def test_the_key_kind_decides(schema_of: str | None, kind: str, message: str) -> None:
     messages = [error.message for error in VALIDATORS[schema_of].iter_errors(pulley(kind=kind))]
     assert any(text.startswith(message) for text in messages), messages
-
-
-def keys(made: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield all keys of a schema, by the table that has them."""
-    for name, table in {"": made, **made["$defs"]}.items():
-        for key, value in table.get("properties", {}).items():
-            yield f"{name}.{key}", value
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_each_key_is_described_with_its_unit(kind: str) -> None:
-    made = fs.schema(kind)
-    assert list(keys(made))
-    for place, key in keys(made):
-        inner = key.get("$ref") or str(key.get("items") or key.get("additionalProperties"))
-        tables = [name for name in made["$defs"] if f"/{name}" in inner]
-        described = key.get("description") or [
-            table for table in tables if made["$defs"][table].get("description")
-        ]
-        assert described, place
-        unit = key.get("unit", "1")
-        assert unit == "1" or key["description"].endswith(f" Unit: {unit}."), place
-
-
-def test_defaults_are_those_of_the_models() -> None:
-    places = dict(keys(fs.schema("pulley")))
-    assert places["SolverSettings.duration"]["default"] == 10.0
-    assert places["PulleyDrive.direction"]["default"] == "vertical"
-    assert "default" not in places["SolverSettings.max_step"]
-    assert places["PulleyParameters.cord_radius"]["unit"] == "m"

@@ -10,7 +10,6 @@ import frictionsim as fs
 from tests.support.scenarios import SCENARIOS
 
 PULLEY = SCENARIOS / "pulley.toml"
-POINTS = "time = [0.0, 0.8], value = [1832.6, 3113.75]"
 
 
 def recorded(folder: Path, force: str) -> Path:
@@ -38,17 +37,6 @@ def test_no_file_is_read_for_a_recorded_scenario(
         _ = fs.open(stopped).scenario
     assert fs.run_command_line(["show", str(stopped), "--scenario"]) == 0
     assert "hunter2" not in capsys.readouterr().out
-
-
-def test_a_csv_signal_is_recorded_as_its_numbers(tmp_path: Path) -> None:
-    (tmp_path / "force.csv").write_text("0, 1832.6\n0.8, 3113.75\n")
-    scenario = tmp_path / "s.toml"
-    text = PULLEY.read_text().replace(POINTS, 'csv = "force.csv"')
-    assert text != PULLEY.read_text()
-    scenario.write_text(text)
-    result = fs.solve(scenario, output=tmp_path / "a.h5", max_steps=40)
-    assert "csv" not in fs.open(result.path).record.attributes["scenario"]  # type: ignore[arg-type]
-    assert fs.resume(tmp_path / "a.h5").status == "done"
 
 
 def test_the_recorded_command_solves_the_scenario_from_where_it_was_solved(

@@ -9,8 +9,7 @@ import pytest
 
 import frictionsim as fs
 from tests.scenario.test_methods import BELTS, ONE_COORDINATE
-from tests.support import torsion_pendulum
-from tests.support.plugins import searched, write_metadata
+from tests.support.plugins import BELT_BLOCK, BRAKE, install, searched
 from tests.support.scenarios import SCENARIOS
 
 KINDS = fs.kinds()
@@ -131,36 +130,22 @@ def test_the_heading_names_effects_laws_and_backends(kind: str) -> None:
         assert name in heading
 
 
-PENDULUM = """
-kind = "torsion_pendulum"
-[mechanism]
-inertia = 5e-1
-[drive]
-torque = { sine = { amplitude = 1.0, frequency_hz = 0.5 } }
-[effects.wire]
-stiffness = 8.0
-"""
-
-
-@pytest.mark.parametrize("example", ["", PENDULUM])
-def test_a_kind_from_outside_brings_its_example(example: str, here: Path) -> None:
-    write_metadata(here, "pendulum", {"torsion_pendulum": "pendulum"})
-    source = Path(torsion_pendulum.__file__).read_text(encoding="utf-8")
-    (here / "pendulum.py").write_text(
-        source + (f"EXAMPLE = {example!r}\n" if example else ""), encoding="utf-8"
-    )
-    with searched(here):
-        if not example:
-            message = "there is no example of kind 'torsion_pendulum' to start from: its module"
-            with pytest.raises(fs.InputError, match=message):
-                fs.new("torsion_pendulum")
-            return
-        text = fs.new("torsion_pendulum")
-        assert loaded(text) == loaded(PENDULUM)
-        assert "\ninertia = 5e-1 " in text
-        assert "\ntorque = { sine = { amplitude = 1.0, frequency_hz = 0.5 } }\n" in text
-        assert "  # N m, signal: Torque on the body.\n" in text
-        # No example has its values: they have no place to come from.
-        assert "\n# [effects.hub_friction]\n# torque_static =       # N m: Static limit.\n" in text
+def test_a_kind_from_outside_brings_its_example(here: Path) -> None:
+    with searched(install(BELT_BLOCK, here / "a")):
+        message = "there is no example of kind 'belt_block' to start from: its module"
+        with pytest.raises(fs.InputError, match=message):
+            fs.new("belt_block")
+    site, damping = install(BRAKE, here / "b"), r"\[effects\.viscous_damping\]\n.*\n\n"
+    example = site / "frictionsim_brake" / "block_brake.toml"
+    without, count = re.subn(damping, "", example.read_text(encoding="utf-8"))
+    assert count == 1
+    example.write_text(without, encoding="utf-8")
+    with searched(site):
+        text = fs.new("block_brake")
+        assert loaded(text) == loaded(without)
+        assert "\ninertia = 2.0 " in text
+        assert "  # N, signal: Force of the block on the rim, not negative.\n" in text
+        # No example has its value: it has no place to come from.
+        assert "\n# [effects.viscous_damping]  # Viscous damping: a torque -b w.\n" in text
+        assert "\n# coefficient =  # N m s:" in text
         assert "\n[solver]" in text
-        assert "\n# duration = 10.0 " in text

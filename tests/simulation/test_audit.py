@@ -268,12 +268,6 @@ def test_a_flywheel_of_many_turns_passes_the_audit() -> None:
     assert check.value == pytest.approx(worst, rel=1e-2, abs=1e-13)
 
 
-def test_a_run_with_useless_tolerances_fails_the_audit(told: Any) -> None:
-    useless = ("--set", "solver.rtol=0.99", "--set", "solver.atol=1e49", "--backend", "radau")
-    law = ("--set", "effects.shaft_friction.law=regularised")
-    told("solve", "pulley", "-q", *useless, *law, code=3)
-
-
 def test_a_uniform_motion_passes_the_audit() -> None:
     """The roundoff of the kinetic energy exceeds the work of the torque."""
     gear = {"sun_radius": 0.08, "planet_radius": 0.06, "crank_mass": 0.188, "planet_mass": 4.47}

@@ -47,19 +47,6 @@ def test_a_budget_is_that_of_each_part(tmp_path: Path) -> None:
     assert tried(fs.resume(path, max_steps=40)) == before + 40
 
 
-def test_the_options_are_not_recorded(told: Any) -> None:
-    told("solve", PULLEY, "-q", "-o", "whole.h5")
-    _, said = told("solve", PULLEY, "-q", "-o", "a.h5", "--max-steps", "50", code=5)
-    assert "limit of 50 steps reached at t = " in said
-    attributes, unlimited = (fs.open(name).record.attributes for name in ("a.h5", "whole.h5"))
-    for name in ("scenario", "overrides", "command"):
-        assert attributes[name] == unlimited[name]
-    _, said = told("resume", "a.h5", "-q", "--max-steps", "20", code=5)
-    assert "limit of 20 steps reached at t = " in said
-    told("resume", "a.h5", "-q")
-    assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()
-
-
 def test_the_limit_of_a_scenario_stays_and_gives_way_to_the_option(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     fs.solve(PULLEY, {"solver.max_steps": 10}, output=path)

@@ -95,7 +95,11 @@ def test_resume_replaces_the_result_in_place(told: Any) -> None:
     _, said = told("solve", PULLEY, "-q", "-o", "a.h5", "--max-wall", "1e-9", code=5)
     assert "wall-time limit of 1e-09 s reached at t = 0 s of 3 s; resume the run" in said
     assert "'frictionsim resume a.partial.h5' continues the run" in said
-    assert fs.open("a.partial.h5").failure == "budget_exceeded"
+    part = fs.open("a.partial.h5")
+    assert part.failure == "budget_exceeded"
+    whole = fs.open("whole.h5").record.attributes
+    for name in ("scenario", "overrides", "command"):  # a limit is not recorded
+        assert part.record.attributes[name] == whole[name]
     summary = json.loads(told("resume", "a.h5", "--json")[0])
     assert (summary["status"], summary["failure"], summary["output"]) == ("done", "", "a.h5")
     assert Path("a.h5").read_bytes() == Path("whole.h5").read_bytes()

@@ -1,10 +1,11 @@
 """Motions of nanometres, as angles of a body, are as exact as those of metres."""
 
-from math import acos, degrees, exp, hypot, pi, sqrt
+from math import degrees, exp, sqrt
 
 import pytest
 
 import frictionsim as fs
+from tests.support.closed_forms_of_others import friction_oscillator
 from tests.support.scenarios import shipped
 
 
@@ -41,26 +42,9 @@ def oscillator(
     )
 
 
-def at_rest(x: float, v: float) -> tuple[float, float]:
-    """Return when and where x'' = -x - sign(x') comes to rest, by its arcs about -1 and 1."""
-    time, way = 0.0, 1.0 if v > 0.0 else -1.0
-    amplitude = hypot(x + way, v)
-    time += acos(way * (x + way) / amplitude)  # to the first turning point
-    x = way * amplitude - way
-    while abs(x) > 1.0:
-        way, time = -way, time + pi
-        x = -x - 2.0 * way
-    return time, x
-
-
-def test_the_closed_form_is_right() -> None:
-    assert at_rest(12.0, 6.0) == pytest.approx((22.423556350699, 0.682178936724), rel=1e-12)
-
-
 @pytest.mark.parametrize(
     ("size", "x", "v", "inertia", "stiffness"),
     [
-        (1.0, 12.0, 6.0, 1.0, 1.0),
         (1e-3, 12.0, 6.0, 6.0, 6.0),
         (1e-6, -7.3, 4.0, 1e-3, 2e3),
         (1e-9, 0.0, 9.0, 50.0, 0.1),
@@ -70,7 +54,7 @@ def test_the_closed_form_is_right() -> None:
 def test_a_tiny_oscillator_comes_to_rest_when_and_where_it_must(
     size: float, x: float, v: float, inertia: float, stiffness: float
 ) -> None:
-    time, place = at_rest(x, v)
+    time, place = friction_oscillator(x, v)
     omega = sqrt(stiffness / inertia)
     result = fs.solve(oscillator(size, x, v, inertia, stiffness))
     assert result.status == "done"  # and so with all checks ok

@@ -95,6 +95,22 @@ def trio(**changes: Any) -> Scenario:
     return every_effect(**{"effects__gravity": None, **changes})
 
 
+def swinging() -> Scenario:
+    """Return a belt that swings and hardly touches the roller with its back."""
+    swing = {"sine": {"mean": 0.0, "amplitude": 16.0, "frequency_hz": 20.0}}
+    data = trio(
+        mechanism__belt__bodies=48,
+        drive__driver={"torque": swing},
+        drive__roller=None,
+        effects__patch=None,
+        effects__bending__damping=None,  # by the kernel of others
+        solver={"backend": "moreau", "duration": 0.1, "step": 1e-5},
+        output__interval=5e-4,
+    )
+    data["mechanism"]["pulleys"][1]["center"] = [0.2, -0.128]
+    return data
+
+
 def shipped(name: str, **changes: Any) -> Scenario:
     return as_shipped(name, **{"solver__backend": "moreau", **changes})
 

@@ -98,26 +98,6 @@ def in_units(data: Table, mass: float, length: float, time: float) -> Table:
     return data
 
 
-def delayed(data: Table, seconds: float) -> Table:
-    """Return the scenario with all signals so much later; it has to rest at the start."""
-
-    def later(name: str, size: Any) -> Any:
-        if not isinstance(size, dict):
-            return size
-        size = copy.deepcopy(size)
-        if "time" in size:
-            size["time"] = [t + seconds for t in size["time"]]
-        if "sine" in size:
-            size["sine"]["phase_deg"] -= 360.0 * size["sine"]["frequency_hz"] * seconds
-        for key in {"start", "stop"} & size.get("smooth_step", {}).keys():
-            size["smooth_step"][key] += seconds
-        return size
-
-    data = each_size(data, later)
-    data["solver"]["duration"] += seconds
-    return data
-
-
 def turned(data: Table, degrees: float) -> Table:
     """Return the scenario with all vectors turned; without gravity, whose direction is fixed."""
     data = copy.deepcopy(data)

@@ -234,18 +234,13 @@ def test_values_of_all_kinds_are_resumed(tmp_path: Path) -> None:
 def test_a_full_disk_keeps_what_is_done_and_says_how_to_continue(
     whole: bytes, tmp_path: Path
 ) -> None:
-    import resource
+    from tests.support.file_sizes import limited_files
 
     first, *blocks = interrupted(tmp_path).read_bytes().splitlines(keepends=True)
     (tmp_path / PART).unlink()
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     room = max(len(first) + int(1.5 * len(blocks[0])), 4096)  # what is written to see if it can be
-    resource.setrlimit(resource.RLIMIT_FSIZE, (room, limits[1]))
-    try:
-        with pytest.raises(fs.OutputError) as full:
-            sweep(tmp_path / "s.h5")
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    with limited_files(room), pytest.raises(fs.OutputError) as full:
+        sweep(tmp_path / "s.h5")
     part = tmp_path / PART
     done = runs_done(part)
     assert done > 0

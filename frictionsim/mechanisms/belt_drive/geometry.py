@@ -217,7 +217,8 @@ def _check_turning(pulleys: Sequence[PulleyCircle], arcs: Sequence[Arc], loop: i
         raise PathError(
             f"the belt would cross itself: with pulley {names} outside it turns by"
             f" {degrees(total_turning):.4g} degrees in all, not by 360, as if one outside does not"
-            " touch it; move that towards the belt, leave it out, or change its side",
+            " touch it; move that towards the belt, leave it out, or change its side (a crossed"
+            " belt cannot be described)",
             outside[0],
         )
 

@@ -29,6 +29,7 @@ from functools import partial
 from math import cos, hypot, sin, sqrt
 from typing import Any
 
+from frictionsim.errors import counted
 from frictionsim.mechanisms.effects import ROUNDING, journal_friction, viscous_damping
 from frictionsim.mechanisms.journal import journal_channels
 from frictionsim.mechanisms.marble_machine.schema import (
@@ -190,7 +191,8 @@ def _run_warnings(scenario: MarbleMachineScenario, samples: Samples) -> list[str
     warnings = hidden_turns(angle, samples["angular_velocity"], interval, duration)
     back, cell = against_drive(samples.time, torque, angle), angle // scenario.mechanism.pitch
     if back and angle[-1] < angle[0]:
-        warnings.append(f"the gear {back}: {cell[0] - cell[-1]:.0f} marbles were carried back")
+        carried = counted(round(cell[0] - cell[-1]), "marble")
+        warnings.append(f"the gear {back}: it carried {carried} back")
     rests = [e.time for e in samples.transitions if e.mode_to == STICK != e.mode_from]
     if rests and samples["mode"][-1] == STICK and torque[-1] > 0.0:
         warnings.append(
