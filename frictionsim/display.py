@@ -119,10 +119,14 @@ def overrides_of(attributes: Mapping[str, str], length: int = MAX_SET) -> dict[s
     return {key: cut_text(value, length) for key, _, value in pairs}
 
 
+def overrides_text(attributes: Mapping[str, str]) -> str:
+    """Return the overrides of a file, such as "solver.rtol = 1e-09"; empty without any."""
+    return ", ".join(f"{key} = {value}" for key, value in overrides_of(attributes).items())
+
+
 def set_line(attributes: Mapping[str, str]) -> str:
-    """Return the overrides of a file, such as "set: solver.rtol = 1e-09"; empty without any."""
-    shown = (f"{key} = {value}" for key, value in overrides_of(attributes).items())
-    return f"set: {text}" if (text := ", ".join(shown)) else ""
+    """Return the line of the overrides of a file, "set: ..."; empty without any."""
+    return f"set: {text}" if (text := overrides_text(attributes)) else ""
 
 
 def cut_text(text: str, length: int) -> str:
@@ -152,6 +156,9 @@ COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, BLACK, ORANGE, GREY)
 
 FORCE_COLOURS = (BLUE, GREEN, PURPLE, SKY)
 """Of applied forces and couples; the others are those of reaction and weight."""
+
+MAX_MARKS = 60
+"""Events that a picture or chart marks; marks of more would hide the lines."""
 
 COLOURS_ON_DARK = (
     *(SKY, ORANGE, GREEN, PURPLE),

@@ -52,8 +52,8 @@ def events_dataset(record: "Record") -> xarray.Dataset:
     arrays = dict(record.events)
     contacts = [record.contacts[index] for index in arrays.pop("contact").tolist()]
     if not contacts and not record.members:  # what they would have; those of belts have no more
-        for name in record.channels.keys() - {"time", "angle", "mode"}:
-            if not name.startswith("energy_"):
+        for name in record.channels:
+            if name not in ("time", "angle", "mode") and not name.startswith("energy_"):
                 arrays |= {f"{name}_{side}": np.zeros(0) for side in ("before", "after")}
         arrays["angle"] = np.zeros(0)
     variables: dict[str, Any] = {

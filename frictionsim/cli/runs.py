@@ -107,7 +107,7 @@ def resume(
         what = "a sweep, whose runs have the limits of its scenario"
     else:
         foreign, of, what = ("workers", "dask"), "a sweep", "a run"
-    for name in options.keys() & foreign:
+    for name in (name for name in foreign if name in options):
         raise ArgumentError(name, f"it applies to {of}, and {result} is {what}; leave it out")
     options |= {"output": output, "no_clobber": no_clobber}
     if incomplete is None:

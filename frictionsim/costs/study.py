@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 
 from frictionsim.costs.study_table import columns_of, greatest
-from frictionsim.display import set_line
+from frictionsim.display import overrides_text
 from frictionsim.errors import (
     EXIT_DONE,
     ArgumentError,
@@ -104,13 +104,16 @@ def _bodies(given: Any) -> tuple[int, ...] | None:
     """Return numbers of bodies; none for `none`."""
     if given is None or given == NO_MESHES:
         return None if given is None else ()
+    from frictionsim.mechanisms.belt_drive.geometry import MIN_BODIES
+
     counts = as_list(given)
     if isinstance(given, str):
         counts = [int(text) if text.isdecimal() else given for text in counts]
     for count in counts:
-        if not isinstance(count, int) or isinstance(count, bool) or count < 2:
+        if not isinstance(count, int) or isinstance(count, bool) or count < MIN_BODIES:
             raise ValueError(
-                f"expected whole numbers of at least 2, e.g. 60,150, or none, got {count!r}"
+                f"expected whole numbers of at least {MIN_BODIES}, e.g. 60,150, or none,"
+                f" got {count!r}"
             )
     return tuple(sorted(set(counts)))
 
@@ -446,7 +449,7 @@ class _Benchmark:
     def _timed(self, setting: Setting) -> list[Record]:
         """Return the runs with samples at start and end only, up to the first that fails."""
         scenario = self._variant(setting, self._duration, self._duration)
-        gc.collect()  # automatic garbage collection is off
+        gc.collect()  # what earlier runs have left is not timed
         runs, seconds = list[Record](), 0.0
         while len(runs) < self._repeats and seconds <= SECONDS_OF_REPEATS:
             runs.append(self._run(scenario))
@@ -531,7 +534,7 @@ def study(
         [unknown | row for row in rows],
         title=scenario.title,
         kind=scenario.kind,
-        overrides=set_line({"overrides": "\n".join(scenario.origin.overrides)})[len("set: ") :],
+        overrides=overrides_text({"overrides": "\n".join(scenario.origin.overrides)}),
         references=reference.names if reference else (),
         time_references=in_time.names if in_time else (),
         uncertainty=reference.uncertainty if reference else {},

@@ -100,7 +100,7 @@ class FitOptions(Options):
         if self.data is None and (self.channels or self.over):
             yield "data", "missing; expected a CSV file or columns by name"
         for argument, named in (("sigma", self.sigma), ("units", self.units)):
-            for name in named.keys() - set(compared):
+            for name in (name for name in named if name not in compared):
                 yield argument, unknown("channel or quantity", name, compared)
         for name in (name.strip() for key in self.free for name in str(key).split(",")):
             if name in self.over:

@@ -54,7 +54,7 @@ REWEIGHTED = 20  # times at most
 SAME_NOISE = 1e-3  # relative change of the estimated standard deviations
 SAME_COST = 1e-9  # relative
 MIN_SERIES = 20  # values, for a meaningful correlation of neighbours
-APART = 1e-2  # of the bounds: different ends of searches
+DIFFERENT_ENDS = 1e-2  # of the bounds: least distance of ends of searches
 SAME = 1e-3  # relative difference of costs below which minima are equal
 ROUNDED = 1e-12  # cost of the rounding of data without noise, in units of their spread
 NO_SCATTER = (
@@ -241,7 +241,7 @@ def _grouped(
 
     def are_different(one: Minimum, other: Minimum) -> bool:
         middle = 0.5 * (one.x + other.x)
-        if np.max(np.abs(one.x - other.x)) <= APART:
+        if np.max(np.abs(one.x - other.x)) <= DIFFERENT_ENDS:
             return False
         highest = max(cost(one.x), cost(other.x))
         return not problem.is_exact(middle) and cost(middle) > highest * (1.0 + SAME)

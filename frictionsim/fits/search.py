@@ -24,7 +24,7 @@ import numpy as np
 
 from frictionsim.errors import SolverError, WorkerDied
 from frictionsim.fits.problem import FitProblem, Model, bisected
-from frictionsim.sweeps.workers import available_cores, process_pool
+from frictionsim.sweeps.workers import SECONDS_BETWEEN_TICKS, available_cores, process_pool
 
 if TYPE_CHECKING:
     from frictionsim.results import Array
@@ -50,7 +50,6 @@ AT_EDGE = 1e-4  # of the bounds: the distance of a place that is at an edge
 MAX_DESCENTS, NO_GAIN = 10, 1e-6  # along edges, and the relative gain of one that is none
 BEYOND = 4.0  # steps of differences: where a search along an edge begins
 MAX_BRACKETS = 4
-SECONDS_BETWEEN_TICKS = 0.1
 LONG = 2.0  # s, of searches, from which on a pool of processes makes them
 PARTS = 8  # of the searches of a process, for the balance of their times
 

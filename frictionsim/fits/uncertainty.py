@@ -31,7 +31,7 @@ ROUNDING = 1e-7  # of the spread of the data
 JUMPS = 0.5  # relative change of derivatives with their step
 SIDES = {-1: ("lower", "below"), 1: ("upper", "above")}
 SINGLE = "single quantities"
-EXACT = 1e-9  # of the spread: least standard deviation
+LEAST_SIGMA = 1e-9  # of the spread: least standard deviation
 
 
 class Noise:
@@ -60,7 +60,7 @@ class Noise:
         for group in self.groups:
             relative = residuals[group] / self.spread[group]
             size = np.sqrt(np.mean(relative**2) / share) if share else np.sqrt(np.mean(relative**2))
-            sigma = self.spread[group] * max(float(size), EXACT)
+            sigma = self.spread[group] * max(float(size), LEAST_SIGMA)
             change = max(change, abs(float(sigma[0] / self.sigma[group][0]) - 1.0))
             self.sigma[group] = sigma
         return change

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.display import NO_VALUE, cut_text
 from frictionsim.errors import ArgumentError, InputError, unknown
 from frictionsim.scenario.toml_data import differing_keys, toml_value
 
@@ -169,10 +170,10 @@ def _differing_origins(result: "Record", golden: "Record") -> Iterator[str]:
 
 def _shortened(value: Any) -> str:
     """Return a value as TOML, shortened."""
-    text = "none" if value is None else toml_value(value)
-    if len(text) <= MAX_VALUE:
-        return text
-    return f"a list of {len(value)}" if isinstance(value, list) else f"{text[:MAX_VALUE]}..."
+    text = NO_VALUE if value is None else toml_value(value)
+    if isinstance(value, list) and len(text) > MAX_VALUE:
+        return f"a list of {len(value)}"
+    return cut_text(text, MAX_VALUE)
 
 
 def _place(row: ComparedChannel) -> tuple[Any, ...]:
@@ -340,8 +341,7 @@ def _axis(result: "Record", name: str) -> str:
     if not axis:
         return "one column"
     named = ", ".join(members)
-    cut = named if len(named) <= MAX_VALUE else f"{named[:MAX_VALUE]}..."
-    return f"{len(members)} columns along {axis}: {cut}"
+    return f"{len(members)} columns along {axis}: {cut_text(named, MAX_VALUE)}"
 
 
 def _outside_event_windows(events: Any, time: Any, time_atol: float) -> Any:
@@ -359,7 +359,7 @@ def _event_row(result: "Record", golden: "Record", time_atol: float) -> Compared
         note = f"{len(actual)} events, expected {len(expected)}"
         return ComparedChannel("events", note=note)
     for event, wanted_event in zip(actual, expected, strict=True):
-        what, wanted_what = ([e.contact, e.mode_from, e.mode_to] for e in (event, wanted_event))
+        what, wanted_what = (f"{e.contact}: {' to '.join(e.words)}" for e in (event, wanted_event))
         if what != wanted_what:
             note = f"{what} at {event.time:.9g} s, expected {wanted_what}"
             return ComparedChannel("events", note=note)
@@ -380,7 +380,7 @@ def _side_rows(
     beside = np.searchsorted(time, at, "left") - 1, np.searchsorted(time, at, "right")
     places = np.clip(np.concatenate(beside), 0, time.size - 1)
     at = np.tile(at, 2)
-    for name in golden.channels.keys() & result.channels.keys():
+    for name in (name for name in golden.channels if name in result.channels):
         sides = [f"{name}_{side}" for side in ("before", "after")]
         if all(side in r.events for side in sides for r in (result, golden)):
             actual, expected = (

@@ -29,6 +29,11 @@ TEXTS = (
     *ABOUT,
 )
 COUNTS = ("bodies", "events", "repeats", "steps", "rejected", "rhs_evaluations", "states")
+# Of diagrams.
+WORK = {"wall_seconds": "wall time, s", "rhs_evaluations": "evaluations of the right-hand side"}
+TARGETS = {1e-2: "1 %", 1e-3: "0.1 %"}
+BELOW = "below the reference uncertainty"
+MIN_ERROR = 1e-16  # smaller errors are drawn here
 REQUIRED = ("backend", "setting", "status", "error", "wall_seconds", "steps", "rhs_evaluations")
 
 
@@ -40,6 +45,15 @@ class Error(NamedTuple):
 
 
 Row = dict[str, Any]  # the values of a setting by column; a number is NaN where it is not known
+
+
+class CostPanel(NamedTuple):
+    """A panel of the diagram."""
+
+    work: str  # columns, of WORK and of errors
+    error: str
+    title: str
+    band: float  # the reference uncertainty of these errors
 
 
 class CostTable(NamedTuple):
@@ -94,6 +108,18 @@ class CostTable(NamedTuple):
     def floor(self) -> float:
         """The reference uncertainty: the largest relative difference of the references."""
         return max((error.relative for error in self.uncertainty.values()), default=0.0)
+
+    @property
+    def panels(self) -> tuple[CostPanel, CostPanel]:
+        """The panels of the diagram, side by side."""
+        if not self.of_meshes:
+            left, right = (CostPanel(work, "error", "", self.floor) for work in WORK)
+            return left, right
+        limit, own = "against the limit of fine meshes", "in time alone, on the scenario's own mesh"
+        return (
+            CostPanel("wall_seconds", "error", limit, self.floor),
+            CostPanel("wall_seconds", "time_error", own, self.time_uncertainty or 0.0),
+        )
 
 
 def line_of(row: Row) -> str:

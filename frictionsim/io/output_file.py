@@ -5,7 +5,7 @@ to the disk and renamed when it is complete. What a killed process has left is r
 writer of the same name on the same host.
 
 A result replaces a result, a sweep a sweep, a picture a picture, and so on; a file of any other
-kind is refused whatever its name is. Kinds are told by how a file begins, and HDF5 also by the line
+kind is refused whatever its name is. Kinds are seen by how a file begins, and HDF5 also by the line
 with our checksum at its end: without it another program made or changed the file. An empty file may
 be replaced by anything: programs that reserve names create such files.
 

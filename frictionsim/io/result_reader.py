@@ -17,18 +17,21 @@ import h5py
 import numpy as np
 
 from frictionsim.errors import InputError, near_files
+from frictionsim.io import sweep_table
 from frictionsim.io.names import PARTIAL, RUNS, unfinished_beside
 from frictionsim.io.output_file import COSTS, SUFFIXES, UNFINISHED_SWEEP, is_damaged
 from frictionsim.io.result_writer import (
     COUNTS,
     FORMAT_VERSION,
     STATUSES,
+    VERSION_NAME,
     Checkpoint,
     numbered_members,
     state_digest,
 )
 from frictionsim.results import (
     HDF5_SIGNATURE,
+    MODES,
     Check,
     Quantity,
     Record,
@@ -39,7 +42,6 @@ from frictionsim.version import __version__
 
 ATTRIBUTES = ("backend", "frictionsim_version", "kind", "reason", "scenario", "status", "title")
 GROUPS = (b"events", b"quantities", b"audit", b"solver", b"checkpoint")
-VERSION, SWEEP_VERSION = "format_version", "sweep_version"
 WHOLE = 64 * 2**20  # bytes of a file that is read whole when it is opened
 SMALL = 2**16  # bytes of a channel that is read at once
 MAX_RATIO = 1032  # of DEFLATE; a larger claim is none of a file that is whole
@@ -89,7 +91,7 @@ class ResultFile(h5py.File):  # type: ignore[misc]
                 is_ours = not storage.get_external_count()
             claimed -= size
             if claimed < 0 or not is_ours:
-                raise ValueError(f"{name!r} is none of a result")
+                raise ValueError(f"{name!r} is not part of a result")
             self.sizes[name.decode()] = size
             self.datasets[name.decode()] = h5py.Dataset(item)
 
@@ -152,15 +154,15 @@ def read(path: Path) -> Record:
     InputError
         If there is none, it is not readable, damaged or of another program, or it is a sweep.
     """
-    is_sweep = InputError(
+    not_a_run = InputError(
         f"{path}: this is a sweep, not the result of a run; 'frictionsim plot {path}' draws it, and"
         " fs.open_sweep reads it"
     )
     if is_unfinished_sweep(path):
-        raise is_sweep
+        raise not_a_run
     with opened(path) as file:
-        if SWEEP_VERSION in file.attrs:
-            raise is_sweep
+        if sweep_table.VERSION_NAME in file.attrs:
+            raise not_a_run
         return record_in(file, path)
 
 
@@ -301,7 +303,7 @@ def _is_axis(name: str, dataset: Any) -> bool:
 
 def _attributes(file: ResultFile, path: Path) -> dict[str, str]:
     """Return the root attributes as text."""
-    version = int(file.attrs[VERSION])
+    version = int(file.attrs[VERSION_NAME])
     if version != FORMAT_VERSION:
         raise InputError(
             f"{path}: cannot read this result: its format version is {version}, this program reads"
@@ -392,3 +394,6 @@ def _check(record: Record, channels: dict[str, Any]) -> None:
         raise ValueError("the samples are not over time")
     if len(events["contact"]) and not np.all(events["contact"] < len(record.contacts)):
         raise ValueError("an event has a contact without a name")
+    modes = [events["mode_from"], events["mode_to"]]
+    if not np.all(np.isin(modes, list(dict(MODES)))):
+        raise ValueError("an event has a mode without a name")

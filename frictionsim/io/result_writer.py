@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from frictionsim.results import Flags
 
-FORMAT_VERSION = 2
+VERSION_NAME, FORMAT_VERSION = "format_version", 2
 STATUSES = ("done", "failed", "interrupted")
 CONVENTIONS = "CF-1.11"
 # The datasets of /solver.
@@ -181,11 +181,10 @@ def _fill(file: Any, record: Record, state: dict[str, Any] | None = None) -> Non
 
 
 def _add_attributes(file: Any, attributes: dict[str, str]) -> None:
-    file.attrs["format_version"] = FORMAT_VERSION
+    file.attrs[VERSION_NAME] = FORMAT_VERSION
     # A record from a file has the attributes of the file.
-    texts = {"Conventions": CONVENTIONS} | attributes | {"Conventions": CONVENTIONS}
-    for name, text in texts.items():
-        if name != "format_version":
+    for name, text in ({"Conventions": CONVENTIONS} | attributes).items():
+        if name != VERSION_NAME:
             _set_text(file, name, text)
 
 

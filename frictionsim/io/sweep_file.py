@@ -174,7 +174,7 @@ def sweep_in(file: ResultFile, path: Path) -> SweepTable:
     status, is_list = datasets[STATUS], RUN in datasets
     outcomes = values_of(status).astype(np.int8).reshape(-1)
     if not {*outcomes.tolist()} <= dict(STATUSES).keys():
-        raise ValueError("a run has a status that there is not")
+        raise ValueError("a run has an unknown status")
     if is_list:
         keys, dimensions = str(status.attrs["coordinates"]).split(), {RUN: status.size}
     else:

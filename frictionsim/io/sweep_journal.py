@@ -59,8 +59,8 @@ class UnfinishedSweep(NamedTuple):
     @property
     def table(self) -> SweepTable:
         """The sweep with the runs that are done."""
-        ending = {"status": "interrupted", "reason": self.reason}
-        attributes = self.header.attributes | ending
+        outcome = {"status": "interrupted", "reason": self.reason}
+        attributes = self.header.attributes | outcome
         return table_of(self.header._replace(attributes=attributes), self.blocks)
 
     def whole(self, path: Path) -> Path:

@@ -55,6 +55,12 @@ class Coordinate(NamedTuple):
     unit: str  # empty if the key is no number
     long_name: str
 
+    @property
+    def is_number(self) -> bool:
+        """Whether the values are numbers; true and false are bool or, from a file, int8."""
+        values = self.values
+        return not isinstance(values, list) and values.dtype.itemsize > 1
+
 
 class SweepHeader(NamedTuple):
     """What a sweep is before its runs."""

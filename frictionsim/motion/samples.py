@@ -32,6 +32,13 @@ def scenario_in(record: "Record") -> Any:
         ) from None
 
 
+def effect_in(record: "Record", name: str) -> Any:
+    """Return an effect of the scenario of a result; None without it."""
+    if name not in scenario_of(record).get("effects", {}):
+        return None
+    return getattr(scenario_in(record).effects, name)
+
+
 class Samples:
     """Samples of a result, evenly spaced with those at events; `samples[name]` is a channel there.
 

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from frictionsim.mechanisms.effects import ShaftFriction
 from frictionsim.motion.parts import Arrow, Body, Detail, Disc, Line, Outline, Part
-from frictionsim.scenario.toml_data import scenario_of
+from frictionsim.motion.samples import effect_in
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array, Bounds, Role
@@ -103,8 +102,7 @@ def journal_of(at: "Samples", drawn: float) -> tuple[list[Part], tuple[Detail, .
     The kinetic one has a radius for each frame if friction is over the speed. `drawn` is the
     radius, m, of a shaft without friction.
     """
-    effect = scenario_of(at.record).get("effects", {}).get("shaft_friction")
-    journal = None if effect is None else ShaftFriction.model_validate(effect)
+    journal = effect_in(at.record, "shaft_friction")
     discs: list[tuple[str, Disc]] = []
     rings: list[Part] = []
     details: tuple[Detail, ...] = ()

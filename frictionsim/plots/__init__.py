@@ -20,6 +20,7 @@ from frictionsim.plots.kinds import OVER_TIME, View
 from frictionsim.plots.mechanism import draw_mechanism
 from frictionsim.plots.over_time import (
     MAX_PANELS,
+    WHOLE,
     check_channel,
     check_numbers,
     over_time,
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
 ALL = "all"
-BODY = "body"
 RESPONSE = View(kinds.response, OVER_TIME, overlaid=())
 Views = Mapping[str, View]
 """By name, the default first."""
@@ -72,7 +72,7 @@ VIEWS: Mapping[str, Views] = {
         "speeds": View(belt.speeds, OVER_TIME, overlaid=("pulley_speed", "pulley_torque")),
         "drive": View(belt.drive, ("time",)),
         "tension": View(belt.tension, ("time",)),
-        BODY: View(belt.body, ("window", "body")),
+        "body": View(belt.body, ("window", "body")),
         "friction": View(belt.friction, effect="belt_friction"),
         "wear": View(belt.wear, ("time",), effect="wear"),
     },
@@ -106,7 +106,6 @@ def view_of(kind: str, name: str | None, given: Mapping[str, Any]) -> View:
 def _refusal(kind: str, option: str) -> str:
     """Return which views take an option that another one does not."""
     fit = [name for name, view in views_of(kind).items() if option in view.options]
-    fit = [BODY] if option == "body" else fit
     if not fit:
         return f"does not take that, nor does another one of kind '{kind}'"
     return f"does not take that; the view {' or '.join(map(repr, fit))} does"
@@ -145,6 +144,11 @@ def draw(
     if not record.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
     check_numbers(record)
+    if chosen.effect and chosen.effect not in scenario_of(record).get("effects", {}):
+        raise InputError(
+            f"cannot draw the view '{view}': the scenario of this result has no"
+            f" [effects.{chosen.effect}]"
+        )
     if "time" in given:
         given["sample"] = sample_at(record, given.pop("time"))
     if measured := given.get("measured", ()):
@@ -212,7 +216,7 @@ def draw_several(
     view: str | None = None,
     figure: "Figure | SubFigure | None" = None,
     channels: Sequence[str] = (),
-    window: Any = (None, None),
+    window: Any = WHOLE,
 ) -> Any:
     """Draw results of one kind over each other, over time; return the figure.
 

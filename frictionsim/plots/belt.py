@@ -11,7 +11,6 @@ from matplotlib.patches import Patch
 from frictionsim.display import ARC_SHADES, BLACK, FAINT, GREY, VERMILION, picture_text
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies, zones_of
-from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
 from frictionsim.mechanisms.belt_drive.slip import (
     ends_of,
     senses_of,
@@ -20,8 +19,9 @@ from frictionsim.mechanisms.belt_drive.slip import (
     speed_at_rest,
 )
 from frictionsim.motion.belt_drive import arc_of, path_of, places_on, pulleys_of, wear_of
+from frictionsim.motion.samples import scenario_in
 from frictionsim.plots.mechanism import draw_mechanism
-from frictionsim.plots.over_time import over_time, panels_of, within, write_above
+from frictionsim.plots.over_time import WHOLE, over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
     Look,
     add_legend,
@@ -46,8 +46,6 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
-
-WHOLE = (None, None)
 
 
 def _has_friction(record: "Record") -> bool:
@@ -135,7 +133,7 @@ def _draw_slip(ax: Any, record: "Record", driver: str, window: "Window") -> dict
     mean = record.quantities.get("slip_percent")
     drawn = values
     if mean is not None and mean.value is not None:
-        whole = "mean_duration" in record.quantities
+        whole = averaged_periods(record) is not None
         words = (
             "slip of the mean speeds over whole periods"
             if whole
@@ -164,14 +162,23 @@ def smoothed(time: "Array", values: "Array", half: float) -> "Array":
 
 def averaged_part(record: "Record") -> Any:
     """Return the samples that the means of the summary are over."""
+    seconds = averaged_periods(record)
+    return last_part(record.time) if seconds is None else last_seconds(record.time, seconds)
+
+
+def averaged_periods(record: "Record") -> float | None:
+    """Return the whole periods, s, that the means of the summary are over.
+
+    None where they are over the last fifth, or the samples are of a shorter time.
+    """
     duration = record.quantities.get("mean_duration")
-    if duration is None or duration.value is None:
-        return last_part(record.time)
-    return last_seconds(record.time, duration.value)
+    if duration is None or duration.value is None or duration.value > np.ptp(record.time):
+        return None
+    return duration.value
 
 
 def _speed_at_rest(record: "Record") -> float:
-    """Return the speed, m/s, below which the summary takes a driver to be at rest."""
+    """Return the speed, m/s, below which a driver is at rest with the tensions of the summary."""
     spans = [
         quantity.value
         for name, quantity in record.quantities.items()
@@ -221,7 +228,7 @@ def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) ->
     few = samples[:: -(-len(samples) // MAX_SAMPLES)]
     steady = [np.interp(place, *along_belt(path, part, k), period=path.length) for k in few]
     words = "last sample" if last == len(record.time) else f"at {picture_text(part.time[-1])} s"
-    whole = "whole periods" if "mean_duration" in record.quantities else "the last fifth"
+    whole = "the last fifth" if averaged_periods(part) is None else "whole periods"
     handles: dict[str, Any] = {}
     around = np.concatenate([[place[-1] - path.length], place, [place[0] + path.length]])
     curves = {words: now, f"mean over {whole}": np.mean(steady, axis=0)}
@@ -230,10 +237,11 @@ def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) ->
             around, values.take(range(-1, len(values) + 1), mode="wrap"), **line_look(i)
         )
     means = mean_spans(part, samples, len(pulleys))
+    summary = ", as in the summary" if last == len(record.time) else ""
     ends, names = path.breakpoints, dict[float, str]()
     for i, pulley in enumerate(pulleys):
         (line,) = ax.plot(ends[2 * i : 2 * i + 2], [means[i]] * 2, **line_look(2))
-        handles["mean of a span, as in the summary"] = line
+        handles[f"mean of a span{summary}"] = line
         start, end = arc_of(path, i)
         ax.axvspan(start, end, color=ARC_SHADES[0], linewidth=0)
         handles["wrap of an ideal belt"] = Patch(color=ARC_SHADES[0])
@@ -368,13 +376,9 @@ def friction(record: "Record", figure: "Figure | SubFigure") -> None:
 
 def _draw_law(ax: Any, record: "Record", fastest: float) -> dict[str, Any]:
     """Draw mu(v) of each pair of coefficients up to a slip velocity, m/s."""
-    effects, handles = (
-        BeltDriveScenario.model_validate(scenario_of(record)).effects,
-        dict[str, Any](),
-    )
+    effects, handles = scenario_in(record).effects, dict[str, Any]()
     law = effects.belt_friction
-    assert law is not None  # there are channels of friction
-    assert record.statistics is not None
+    steps = record.statistics.steps if record.statistics else 1
     speed = law.transition_speed
     tables = (law, *law.pulleys.values(), *effects.patches)
     end = 1.1 * max(fastest, KINETIC_FROM * (speed or 0.0))
@@ -388,7 +392,7 @@ def _draw_law(ax: Any, record: "Record", fastest: float) -> dict[str, Any]:
         else:
             mu = np.array([friction_curve(v / speed, mu_s, mu_k) for v in slip])
         if speed is not None and law.maximum_creep is not None:
-            time = law.elementary_time or record.time[-1] / max(record.statistics.steps, 1)
+            time = law.elementary_time or record.time[-1] / max(steps, 1)
             creep = np.array([rising_part(v * time / law.maximum_creep) for v in slip])
             share = mu_s * creep * [1.0 - rising_part(v / speed) for v in slip]
             look: Look = {"color": VERMILION, "linestyle": ":"}
@@ -415,7 +419,7 @@ def wear(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> No
     And its mean over the belt outside of patches and over those of each name, as in the summary.
     """
     require_channels(record, "wear", ("friction_work",))
-    scenario = BeltDriveScenario.model_validate(scenario_of(record))
+    scenario = scenario_in(record)
     edges, work = wear_of(record, sample)
     length = float(edges[1])
     ax = single_panel(figure, 4.0, title_of(record))

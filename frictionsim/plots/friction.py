@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.display import BLACK
-from frictionsim.mechanisms.effects import ShaftFriction
 from frictionsim.mechanisms.journal import moment_of
-from frictionsim.motion.samples import scenario_in
+from frictionsim.motion.samples import effect_in, scenario_in
 from frictionsim.plots.kinds import KINETIC
-from frictionsim.plots.over_time import within
+from frictionsim.plots.over_time import WHOLE, within
 from frictionsim.plots.style import (
     LIMIT,
     Look,
@@ -28,12 +27,12 @@ from frictionsim.plots.style import (
     title_of,
 )
 from frictionsim.scenario.methods import REGULARISED
-from frictionsim.scenario.toml_data import scenario_of
 from frictionsim.solvers.friction_curve import friction_curve
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
+    from frictionsim.mechanisms.effects import ShaftFriction
     from frictionsim.plots.over_time import Window
     from frictionsim.results import Record
 
@@ -43,13 +42,11 @@ CURVE_POINTS = 400  # on each side of rest
 BESIDE = 0.1  # of the range of speeds, by which the curve reaches farther
 
 
-def friction(
-    record: "Record", figure: "Figure | SubFigure", window: "Window" = (None, None)
-) -> None:
+def friction(record: "Record", figure: "Figure | SubFigure", window: "Window" = WHOLE) -> None:
     """Draw the dry friction over the moment of all else, and over the speed with its law."""
-    effect = scenario_of(record).get("effects", {}).get("shaft_friction")
+    journal = effect_in(record, "shaft_friction")
     names = ["angular_velocity", "friction_torque"]
-    names += ["lever_arm", "shaft_reaction"] if effect else ["angular_acceleration"]
+    names += ["lever_arm", "shaft_reaction"] if journal else ["angular_acceleration"]
     require_channels(record, "friction", names)
     of = _rows(within(record, window), names)
     w, T = of["angular_velocity"], of["friction_torque"]
@@ -57,8 +54,7 @@ def friction(
     set_title(figure, title_of(record))
     left, right = figure.subplots(1, 2)
     handles: dict[str, Any] = {}
-    if effect:
-        journal = ShaftFriction.model_validate(effect)
+    if journal:
         moment = np.nan_to_num(of["lever_arm"]) * of["shaft_reaction"]
         load = journal.load_of(of["shaft_reaction"]) + 0.0 * w
         limit, kinetic = journal.static_radius * load, _kinetic_radius(journal, w) * load
@@ -104,13 +100,13 @@ def _rows(record: "Record", names: Sequence[str]) -> Mapping[str, Any]:
     }
 
 
-def _kinetic_radius(journal: ShaftFriction, w: Any) -> Any:
+def _kinetic_radius(journal: "ShaftFriction", w: Any) -> Any:
     """Return r_k, m, at speeds, rad/s."""
     radii = [journal.radius_over_speed.at(v) for v in np.ravel(w)]
     return np.reshape(radii, np.shape(w))
 
 
-def _law(journal: ShaftFriction, w: Any) -> tuple[Any, Any]:
+def _law(journal: "ShaftFriction", w: Any) -> tuple[Any, Any]:
     """Return speeds, rad/s, and the friction there, relative to its static limit."""
     contact, r_s = journal.law_of_contact(), journal.static_radius
     smooth = contact["transition_speed"] if contact["law"] == REGULARISED else 0.0

@@ -18,14 +18,14 @@ from frictionsim.display import (
     with_minus,
 )
 from frictionsim.errors import InputError, counted
-from frictionsim.mechanisms.effects import friction_radius
+from frictionsim.mechanisms.effects import ShaftFriction
 from frictionsim.mechanisms.epicyclic.equation import path_of
-from frictionsim.mechanisms.pulley.schema import CordFriction, limiting_ratio
+from frictionsim.mechanisms.pulley.schema import limiting_ratio
 from frictionsim.motion.parts import Body, Detail, Line
-from frictionsim.motion.samples import scenario_in
+from frictionsim.motion.samples import effect_in, scenario_in
 from frictionsim.motion.shapes import bounds_around
 from frictionsim.plots.mechanism import draw_still, motion_at
-from frictionsim.plots.over_time import event_look, over_time, panels_of, within, write_above
+from frictionsim.plots.over_time import WHOLE, event_look, over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
     LIMIT,
     Look,
@@ -48,8 +48,6 @@ if TYPE_CHECKING:
     from frictionsim.motion.parts import Part, Role
     from frictionsim.plots.over_time import Window
     from frictionsim.results import Record
-
-WHOLE: "Window" = (None, None)
 
 
 class View(NamedTuple):
@@ -94,6 +92,7 @@ DRIVES = {"drive_force": "force", "drive_torque": "torque"}
 def _limits(record: "Record", panels: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, Any]]:
     """Return the force or torque of impending motion, and the limit of the friction torque."""
     limits: dict[str, dict[str, Any]] = {}
+    journal = effect_in(record, "shaft_friction")
     for label, channels in panels.items():
         name = next(iter(channels))
         if name in DRIVES and "friction_torque" in record.channels:
@@ -102,18 +101,17 @@ def _limits(record: "Record", panels: Mapping[str, Mapping[str, str]]) -> dict[s
                 quantity = record.quantities.get(f"{DRIVES[name]}_to_{way}")
                 value = None if quantity is None else quantity.value
                 if value is not None and abs(value) <= highest:
-                    words = f"to {way}: {with_minus(f'{value:.1f}')} {record.units[name]}"
+                    words = f"to {way}: {with_minus(picture_text(value))} {record.units[name]}"
                     limits.setdefault(label, {})[words] = value
-        journal = scenario_of(record).get("effects", {}).get("shaft_friction", {})
-        if not {"shaft_radius", "mu_s"} <= journal.keys():
+        if not isinstance(journal, ShaftFriction):
             continue
-        radius = friction_radius(float(journal["shaft_radius"]), float(journal["mu_s"]))
+        radius = journal.static_radius
         if name == "friction_torque" and "shaft_reaction" in record.channels:
-            load = journal.get("normal_load", np.asarray(record.channels["shaft_reaction"]))
+            load = journal.load_of(np.asarray(record.channels["shaft_reaction"]))
             limit = radius * load + np.zeros(len(record.time))
             both = np.column_stack([limit, -limit])
             limits[label] = {"limit of static friction": (record.time, both)}
-        if name == "lever_arm" and "normal_load" not in journal:
+        if name == "lever_arm" and journal.normal_load is None:
             limits[label] = {f"static friction radius: {picture_text(radius)} m": radius}
     return limits
 
@@ -173,9 +171,9 @@ def ratios(record: "Record") -> tuple[float, Any] | None:
     That of friction over the speed is one for each sample; at the speed zero without speeds of
     slip, of `with_derived`.
     """
-    if "cord_friction" not in scenario_of(record).get("effects", {}):
+    cord = effect_in(record, "cord_friction")
+    if cord is None:
         return None
-    cord = CordFriction.model_validate(scenario_value(record, "effects", "cord_friction"))
     static, kinetic = limiting_ratio(cord.mu_s, cord.wrap_deg), cord.ratio_over_speed
     if not kinetic.varies or SLIDING not in record.channels:
         return static, kinetic.at_rest
@@ -192,14 +190,10 @@ def slipping_phases(record: "Record") -> list[tuple[float, float]]:
 
 def traction(record: "Record", figure: "Figure | SubFigure", window: "Window" = WHOLE) -> None:
     """Draw the ratio of the tensions with its limits (Euler, Eytelwein), and slip of the cord."""
+    require_channels(record, "traction", (CAR, COUNTERWEIGHT))
     known = with_derived(record)
     largest = ratios(known)
-    if largest is None:
-        raise InputError(
-            "cannot draw the view 'traction': the scenario of this result has no"
-            " [effects.cord_friction], so that its cord never slips"
-        )
-    require_channels(record, "traction", (CAR, COUNTERWEIGHT))
+    assert largest is not None  # the view is one of cord friction
     wanted = {
         "counterweight's tension / car's": RATIO,
         "speed of slip": SLIDING,

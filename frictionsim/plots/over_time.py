@@ -12,6 +12,7 @@ from frictionsim.display import (
     BLACK,
     GREY,
     MAX_DRAWN,
+    MAX_MARKS,
     STICK_SHADE,
     event_colour,
     event_dashes,
@@ -52,7 +53,7 @@ if TYPE_CHECKING:
 
 PANEL_HEIGHT, FRAME = 1.7, 0.8  # inches, of a panel, and of title and axis
 MAX_PANELS = 16
-MAX_MARKS = 60  # events; marks of more would hide the channels
+WHOLE: "Window" = (None, None)
 POINTS: Look = {"color": BLACK, "linestyle": "", "markerfacecolor": "none"}
 FULL_SIZE_POINTS = 60  # more are drawn smaller
 ROW = 0.07  # of the height of a panel, of a row of marks above it, for each of several results
@@ -71,7 +72,7 @@ def over_time(
     *,
     names: Sequence[str] = (),
     limits: "Limits | None" = None,
-    window: "Window" = (None, None),
+    window: "Window" = WHOLE,
     events: bool = True,
     notes: Sequence[str] = (),
     measured: Sequence["Target"] = (),
@@ -287,7 +288,7 @@ def check_channel(record: "Record", name: str) -> None:
 
 def within(record: "Record", window: "Window") -> "Record":
     """Return the samples and events of a window of time, with the samples around it."""
-    if window == (None, None):
+    if window == WHOLE:
         return record
     samples = np.asarray(record.channels["time"])
     first, last = float(samples[0]), float(samples[-1])

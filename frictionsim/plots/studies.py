@@ -17,7 +17,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
-from frictionsim.io.cost_table import line_of
+from frictionsim.io.cost_table import BELOW, MIN_ERROR, TARGETS, WORK, line_of
+from frictionsim.plots.over_time import FULL_SIZE_POINTS
 from frictionsim.plots.style import (
     MARKERS,
     Look,
@@ -41,23 +42,11 @@ if TYPE_CHECKING:
     Array = npt.NDArray[np.float64]
 
 
-BELOW = "below the reference uncertainty"
 FAILED = 0.96  # of the height of a panel, at which failed runs are marked
-MIN_ERROR = 1e-16  # smaller errors are drawn here
-TARGETS = (1e-2, 1e-3)
 # Markers and line styles differ too, for grey print.
 LINE_COLOURS = (*COLOURS, WINE)
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
 WIDTH, HEIGHT, COLUMNS = 9.0, 4.9, 5  # inches, without the legend, and its columns
-# Of the panels: work, error, label of work, and title.
-PANELS = (
-    ("wall_seconds", "error", "wall time, s", ""),
-    ("rhs_evaluations", "error", "right-hand-side evaluations", ""),
-)
-MESH_PANELS = (
-    ("wall_seconds", "error", "wall time, s", "against the limit of fine meshes"),
-    ("wall_seconds", "time_error", "wall time, s", "in time alone, on the scenario's own mesh"),
-)
 
 
 def cost_diagram(table: "CostTable", figure: Any = None) -> Any:
@@ -73,23 +62,23 @@ def _draw_costs(table: "CostTable", figure: "Figure | SubFigure") -> None:
     set_height(figure, HEIGHT)
     what = "what accuracy costs" if meshes else "error against run time"
     set_title(figure, f"{table.title or table.kind}: {what}")
-    panels = MESH_PANELS if meshes else PANELS
-    bands = (table.floor, (table.time_uncertainty or 0.0) if meshes else table.floor)
-    errors = [row[error] for row in rows for _, error, *_ in panels if not isnan(row[error])]
-    least = min([*errors, *(band for band in bands if band > 0.0)], default=MIN_ERROR)
+    panels = table.panels
+    errors = [row[of.error] for row in rows for of in panels if not isnan(row[of.error])]
+    least = min([*errors, *(of.band for of in panels if of.band > 0.0)], default=MIN_ERROR)
     lowest = 10.0 ** floor(log10(max(least, MIN_ERROR))) / 10.0
     axes = figure.subplots(1, 2, sharex=meshes, sharey=True)
     handles: dict[str, Any] = {}
-    for ax, (work, error, label, title), band in zip(axes, panels, bands, strict=True):
-        ax.set(xscale="log", yscale="log", xlabel=label, ylim=(lowest, 10.0 * max([1.0, *errors])))
-        ax.set_title(title, fontsize="medium")
+    highest = 10.0 * max([1.0, *errors])
+    for ax, panel in zip(axes, panels, strict=True):
+        ax.set(xscale="log", yscale="log", xlabel=WORK[panel.work], ylim=(lowest, highest))
+        ax.set_title(panel.title, fontsize="medium")
         ax.grid(linewidth=0.3)
-        if band > 0.0:
-            ax.axhspan(lowest, max(band, lowest), color=STICK_SHADE, linewidth=0)
+        if panel.band > 0.0:
+            ax.axhspan(lowest, max(panel.band, lowest), color=STICK_SHADE, linewidth=0)
             handles[BELOW] = Patch(color=STICK_SHADE)
         for target in TARGETS if meshes else ():
             ax.axhline(target, color=GREY, linewidth=0.8, linestyle=":")
-        handles |= _draw_lines(ax, rows, work, error, meshes)
+        handles |= _draw_lines(ax, rows, panel.work, panel.error, meshes)
     axes[0].set_ylabel("largest relative error")
     add_legend(figure, handles, COLUMNS)
 
@@ -114,7 +103,7 @@ def _draw_lines(
             ax.plot(*_points([of[0] for of in of_mesh if of], work, error), **look)
         if done:
             handles[name] = Line2D([], [], **look) if meshes else line
-        failed = [max(row[work], least) for row in of_line if isnan(row["error"])]
+        failed = [max(row[work], least) for row in of_line if row["status"] == "failed"]
         if failed and error == "error":
             cross: Look = {"marker": "x", "markersize": 8, "markeredgewidth": 2.0}
             cross |= {"color": look["color"], "linestyle": ""}
@@ -133,7 +122,6 @@ def _points(rows: "Sequence[Row]", work: str, error: str) -> tuple[list[float], 
 FIT_HEIGHT, FIT_MARGIN = 3.4, 0.8  # inches, of a channel with its residuals, and of title and axis
 RATIOS = (3.0, 1.2)  # heights of data and residuals
 RESIDUAL_WIDTH = 12  # characters beside a panel of residuals
-FULL_SIZE_POINTS = 60  # points: more are drawn smaller
 DATA: dict[str, Any] = {"color": GREY, "linestyle": "", "marker": "o", "markerfacecolor": "none"}
 FIT: dict[str, Any] = {"color": VERMILION, "linestyle": "-", "linewidth": 1.6}
 RESIDUAL: dict[str, Any] = {"color": BLACK, "linestyle": "", "marker": "."}

@@ -31,12 +31,19 @@ from frictionsim.display import (
     VERMILION,
     cut_text,
     picture_text,
-    short_names,
     study_text,
     with_unit,
 )
 from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.io.sweep_table import AUDIT_FAILED, DONE, FAILED, NOT_RUN, SobolIndices, SweepTable
+from frictionsim.io.sweep_table import (
+    AUDIT_FAILED,
+    DONE,
+    FAILED,
+    NOT_RUN,
+    RUN,
+    SobolIndices,
+    SweepTable,
+)
 from frictionsim.plots.style import (
     MARKERS,
     MAX_LINES,
@@ -58,6 +65,7 @@ from frictionsim.sweeps.statistics import (
     is_constant,
     jumps_between,
     sampling_of,
+    short_keys,
     sound_values,
     statistics_of,
     telling,
@@ -135,7 +143,7 @@ class KeyAxis(NamedTuple):
 def key_axis(key: str, coordinate: "Coordinate") -> KeyAxis:
     """Return the axis of a varied key."""
     values = coordinate.values
-    if isinstance(values, list) or values.dtype in (np.bool_, np.int8):  # true and false
+    if not coordinate.is_number:
         texts = values if isinstance(values, list) else [("false", "true")[int(v)] for v in values]
         places = np.arange(len(texts))
         return KeyAxis(key, "", places.astype(float), places, tuple(texts))
@@ -145,13 +153,6 @@ def key_axis(key: str, coordinate: "Coordinate") -> KeyAxis:
     if (np.diff(numbers) <= 0.0).any():  # equal ones are side by side
         numbers, labels = np.arange(float(numbers.size)), tuple(map(study_text, numbers))
     return KeyAxis(key, coordinate.unit, numbers, order, labels)
-
-
-def short_keys(keys: Sequence[str]) -> list[str]:
-    """Return the shortest ends of keys that tell them apart, for labels in little space."""
-    names = [name for key in keys for name in names_in(key)]
-    short = dict(zip(names, short_names(names), strict=True))
-    return [", ".join(short[name] for name in names_in(key)) for key in keys]
 
 
 def draw_sweep(
@@ -166,7 +167,7 @@ def draw_sweep(
     """
     _check(table, quantities)
     design = table.attributes["design"]
-    if at and "run" in table.dimensions:
+    if at and RUN in table.dimensions:
         raise ArgumentError("at", f"it applies to a grid; this sweep is a {design}")
     figure = new_figure() if figure is None else figure
     if design == SAMPLE:
@@ -199,7 +200,7 @@ def _check(table: SweepTable, quantities: Sequence[str]) -> None:
 
 def _axes_of(table: SweepTable, at: Mapping[str, Any]) -> tuple[list[KeyAxis], Any, list[str]]:
     """Return the axes of the keys with several values, the runs in their shape, and notes."""
-    if "run" in table.dimensions:  # values together: over the first key of numbers
+    if RUN in table.dimensions:  # values together: over the first key of numbers
         axes = [key_axis(*item) for item in table.coordinates.items()]
         axis = next((axis for axis in axes if not axis.labels), axes[0])
         others = [other.key for other in axes if other is not axis]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.display import COLOURS, GREY, event_colour, event_dashes, labelled
+from frictionsim.display import COLOURS, GREY, MAX_MARKS, event_colour, event_dashes, labelled
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
 from frictionsim.reports.html import chart_text
@@ -36,9 +36,8 @@ if TYPE_CHECKING:
 
 Json = dict[str, Any]
 MAX_SAMPLES = 4000  # of a line: more than a screen has pixels side by side
-MAX_LINES = 8  # in a panel, of one result: there are no more colours
+MAX_LINES = len(COLOURS)  # in a panel, of one result: there are no more colours
 MAX_FIRST = 6  # panels that are seen at first, of a kind that does not name any
-MAX_MARKS = 60  # events; marks of more would hide the lines
 MAX_SPAN_SAMPLES = 2001  # of the tensions of spans, evenly spread over the run
 ROUNDOFF = 1e-12  # of the largest number of a unit in a result: what is smaller is 0
 ENERGY = "energy_"  # what the channels begin with that are drawn together

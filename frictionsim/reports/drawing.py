@@ -249,15 +249,15 @@ class Drawing:
     def _labels(self) -> tuple[str, float]:
         """Return the names of bodies below them, and how far down they reach."""
         bodies = [p for p in self._motion.parts if isinstance(p, Body) and p.label]
-        texts_, below = [], 0.0
+        labels, below = [], 0.0
         for body in bodies:
             x, y = self._placed(np.array([body.x[0], body.y[0]]))
             radius = max(s.radius for s in body.shapes if isinstance(s, Disc)) * self._unit
             down = y + 1.25 * radius + LABEL
             below = max(below, down + 0.4 * LABEL)
             style = f'x="{x:.0f}" y="{down:.0f}" font-size="{LABEL}" text-anchor="middle"'
-            texts_.append(f"<text {style}>{escaped(body.name)}</text>")
-        return "".join(texts_), below
+            labels.append(f"<text {style}>{escaped(body.name)}</text>")
+        return "".join(labels), below
 
     def _scale_bar(self, bottom: float) -> str:
         """Return a bar of a round length at the lower left."""
@@ -299,9 +299,9 @@ def _colour_scale() -> Html:
     return Html(f'<svg class="sample scale" viewBox="0 0 60 14">{bars}</svg>')
 
 
-def _sample(look: str, path: str, over: str = "", path_over: str = "") -> Html:
+def _sample(look: str, path: str, over: str = "") -> Html:
     """Return a small drawing for the key; `over` looks like this over it."""
-    upper = f'<path class="{over}" d="{path_over or path}"/>' if over else ""
+    upper = f'<path class="{over}" d="{path}"/>' if over else ""
     return Html(
         f'<svg class="sample" viewBox="0 0 26 14"><path class="{look}" d="{path}"/>{upper}</svg>'
     )

@@ -33,11 +33,11 @@ def chart_text(content: object) -> str:
     return escape(visible(str(content)), quote=False).replace("$", "&#36;")
 
 
-def short(content: object, limit: int = MAX_TEXT) -> str:
-    """Return a text, cut with a note of its length if it is longer than a limit."""
+def short(content: object) -> str:
+    """Return a text, cut with a note of its length if it is longer than MAX_TEXT."""
     words = str(content)
-    if len(words) > limit:
-        words = f"{words[:limit]}… ({len(words)} characters in all)"
+    if len(words) > MAX_TEXT:
+        words = f"{words[:MAX_TEXT]}… ({len(words)} characters in all)"
     return words
 
 

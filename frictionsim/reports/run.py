@@ -176,7 +176,7 @@ def overview(runs: "Sequence[ReportedRun]") -> Html:
                 run.attribute("law"),
                 run.attribute("backend"),
                 ", ".join(run.effects),
-                _set(run),
+                _overrides(run),
                 "" if run.path is None else str(run.path),
             )
             for run in runs
@@ -190,13 +190,13 @@ def overview(runs: "Sequence[ReportedRun]") -> Html:
         ("friction law", run.attribute("law") or "none needed"),
         ("backend", run.attribute("backend")),
     ]
-    if overrides := _set(run):
+    if overrides := _overrides(run):
         facts.append(("set", overrides))
     items = "".join(f"<div><dt>{escaped(n)}</dt><dd>{escaped(v)}</dd></div>" for n, v in facts)
     return Html(f'<p>{status(run)}</p>\n<dl class="facts">{items}</dl>\n{_notes(run)}')
 
 
-def _set(run: "ReportedRun") -> str:
+def _overrides(run: "ReportedRun") -> str:
     """Return the overrides of a run; empty without any."""
     attributes = run.record.attributes
     return ", ".join(
@@ -208,7 +208,7 @@ def _set(run: "ReportedRun") -> str:
 def status(run: "ReportedRun") -> Html:
     """Return the status of a run in words, with a sign and the reason."""
     word, reason = run.attribute("status"), run.attribute("reason")
-    sign, words = AUDIT_FAILED if word == "done" and reason else STATUSES.get(word, ("?", word))
+    sign, words = AUDIT_FAILED if word == "done" and reason else STATUSES[word]
     name = "audit-failed" if (sign, words) == AUDIT_FAILED else word
     why = f": {escaped(reason)}" if reason else ""
     return Html(
@@ -231,7 +231,7 @@ def _notes(run: "ReportedRun") -> str:
 
 def warnings(runs: "Sequence[ReportedRun]") -> Html:
     """Return the warnings of runs."""
-    texts = (after_label(run, warning) for run in runs for warning in run.warnings)
+    texts = (after_label(run, warning) for run in runs for warning in run.record.warnings)
     return section("Warnings", listed(texts), name="warnings")
 
 
@@ -272,8 +272,8 @@ def _cells(e: "Transition", name: str, label: str, columns: int) -> list[Cell]:
     button = f'<button type="button" data-time="{e.time!r}">{escaped(time)}</button>'
     dot = f'<span class="dot" style="background:{event_colour(name)}"></span>'
     cells: list[Cell] = [Html(button), Html(dot + escaped(name)), *event_cells(e, ANGLE_DIGITS)]
-    ending = [label] if label else []
-    return [*cells, *[""] * (columns - len(cells) - len(ending)), *ending]
+    last = [label] if label else []
+    return [*cells, *[""] * (columns - len(cells) - len(last)), *last]
 
 
 def scenarios(runs: "Sequence[ReportedRun]") -> Html:

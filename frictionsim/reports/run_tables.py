@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 # Belts at rest on two meshes have the same pretension to some 1e-10.
 SAME_ON_MESHES = 1e-8
-ALONE = ("",)  # the labels of a single result
+NO_LABEL = ("",)  # the labels of a single result
 AUDIT = (">value", ">limit", "verdict")  # of a single result
 
 
@@ -50,11 +50,6 @@ class ReportedRun(NamedTuple):
     def title(self) -> str:
         """The title of the scenario, or the name of its file, or the kind."""
         return heading_of(self.record.attributes)
-
-    @property
-    def warnings(self) -> list[str]:
-        """Reasons to doubt the quantities."""
-        return list(filter(None, self.attribute("warnings").split("\n")))
 
 
 def summary(runs: Sequence[ReportedRun]) -> Iterator[Block]:
@@ -166,7 +161,7 @@ def _difference(a: Quantity | None, b: Quantity | None) -> str:
     return short_text(b.value - a.value)
 
 
-def audit_table(results: Sequence[Mapping[str, Check]], labels: Sequence[str] = ALONE) -> Table:
+def audit_table(results: Sequence[Mapping[str, Check]], labels: Sequence[str] = NO_LABEL) -> Table:
     """Return the checks of the self-audits of results; of several a column for each."""
     names = dict.fromkeys(name for checks in results for name in checks)
     caption = "Audit: a value above its limit is a reason not to trust the run"

@@ -12,7 +12,7 @@ import numpy as np
 
 from frictionsim.display import COLOURS, MAX_DRAWN, labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Table
-from frictionsim.io.cost_table import CostTable, line_of
+from frictionsim.io.cost_table import BELOW, MIN_ERROR, TARGETS, WORK, CostTable, line_of
 from frictionsim.io.sweep_table import DONE, RUN, STATUSES, SweepTable
 from frictionsim.reports.charts import DASHES, Chart, Json, axis_title, numbers
 from frictionsim.reports.html import (
@@ -33,6 +33,7 @@ from frictionsim.sweeps.statistics import (
     grouped,
     is_defined,
     jumps_between,
+    short_keys,
     sound_values,
     telling,
     varied_values,
@@ -125,9 +126,12 @@ def _run(sweep: SweepTable, run: int, words: dict[int, str]) -> list[Cell]:
 
 
 def _cell(sweep: SweepTable, key: str, value: Any) -> Cell:
-    if isinstance(value, str):
-        return value
-    return number(float(value)) if _is_number(sweep, key) else "true" if value else "false"
+    return number(float(value)) if sweep.coordinates[key].is_number else _words(value)
+
+
+def _words(value: Any) -> str:
+    """Return the value of a key that is no number: a text, or true or false."""
+    return value if isinstance(value, str) else "true" if value else "false"
 
 
 def _groups(heading: str, sweep: SweepTable, *names: str) -> Html:
@@ -181,10 +185,7 @@ def cost_page(costs: CostTable, parts: Document, source: str) -> str:
 # Charts.
 
 MARKS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "star", "hexagon")
-MIN_ERROR = 1e-16  # smaller errors are drawn here
-TARGETS = {1e-2: "1 %", 1e-3: "0.1 %"}
 FAILED_ABOVE = 4.0  # failed settings, as a multiple of the largest error
-WORK = {"wall_seconds": "wall time, s", "rhs_evaluations": "evaluations of the right-hand side"}
 MAX_QUANTITIES, MAX_KEYS = 12, 5  # panels; columns of a study of many keys
 WHY = "or the run failed, was not run, or failed its audit; the table says which."
 
@@ -194,19 +195,16 @@ def cost_figure(table: CostTable) -> tuple[Json, str]:
 
     Left against wall time, right against evaluations; of meshes right the error in time alone.
     """
-    panels, titles = [("wall_seconds", "error"), ("rhs_evaluations", "error")], ["", ""]
-    bands = [table.floor, table.floor]
-    if table.of_meshes:
-        panels = [("wall_seconds", "error"), ("wall_seconds", "time_error")]
-        titles = ["against the limit of fine meshes", "in time alone, on the scenario's own mesh"]
-        bands[1] = table.time_uncertainty or 0.0
-    names = {name for panel in panels for name in panel}
+    panels = table.panels
+    names = {name for of in panels for name in (of.work, of.error)}
     rows = [row for row in table.rows if all(isnan(row[k]) or row[k] < MAX_DRAWN for k in names)]
-    errors = [max(row[e], MIN_ERROR) for row in rows for _, e in panels if not isnan(row[e])]
+    errors = [
+        max(row[of.error], MIN_ERROR) for row in rows for of in panels if not isnan(row[of.error])
+    ]
     chart = Chart(1, 2)
     y = {"type": "log", "exponentformat": "power"} | axis_title("largest relative error")
-    for n, ((work, error), band) in enumerate(zip(panels, bands, strict=True), start=1):
-        chart.panel(n, {"type": "log", **axis_title(WORK[work])}, y, titles[n - 1])
+    for n, (work, error, title, band) in enumerate(panels, start=1):
+        chart.panel(n, {"type": "log", **axis_title(WORK[work])}, y, title)
         for i, name in enumerate(dict.fromkeys(map(line_of, rows))):
             of_line = [row for row in rows if line_of(row) == name]
             done = [row for row in of_line if not isnan(row[error])]
@@ -240,7 +238,7 @@ def cost_figure(table: CostTable) -> tuple[Json, str]:
                 )
         if band > 0.0:
             below = min([band, *errors]) / 10.0
-            chart.level(n, band, "below: the reference uncertainty", below)
+            chart.level(n, band, BELOW, below)
         for target, words in TARGETS.items():
             chart.level(n, target, words)
     omitted = len(table.rows) - len(rows)
@@ -266,7 +264,7 @@ def sweep_figure(table: SweepTable) -> tuple[Json | None, str]:
     keys = [key for key, of in table.coordinates.items() if len(set(np.array(of.values))) > 1]
     keys = keys or list(table.coordinates)
     grid = RUN not in table.dimensions
-    if grid and len(keys) == 2 and all(_is_number(table, key) for key in keys):
+    if grid and len(keys) == 2 and all(table.coordinates[key].is_number for key in keys):
         empty = [name for name in drawn if not np.isfinite(sound[name]).all()]
         if empty:
             notes.insert(0, f"An empty cell: {', '.join(empty)} not defined in that run, {WHY}")
@@ -278,28 +276,29 @@ def _finite(values: Any) -> Any:
     return values[np.isfinite(values)]
 
 
-def _is_number(table: SweepTable, key: str) -> bool:
-    values = table.coordinates[key].values
-    return not isinstance(values, list) and values.dtype.kind in "fi" and values.dtype.itemsize > 1
-
-
 def _label(table: SweepTable, name: str) -> str:
-    units = table.units.get(name) if name in table.values else table.coordinates[name].unit
-    return chart_text(labelled(name.rpartition(".")[2], units or "1"))
+    if name in table.values:
+        return chart_text(labelled(name, table.units[name]))
+    keys = list(table.coordinates)
+    unit = table.coordinates[name].unit or "1"
+    return chart_text(labelled(short_keys(keys)[keys.index(name)], unit))
 
 
 def _maps(table: SweepTable, names: Sequence[str], keys: list[str]) -> Json:
     """Return a map of each quantity over two keys, a cell for each run."""
     columns = min(2, len(names))
     chart = Chart(-(-len(names) // columns), columns, wide=0.4)
-    x, y = (numbers(table.coordinates[key].values, "f8") for key in keys)
+    values_of = [np.asarray(table.coordinates[key].values, dtype=float) for key in keys]
+    # Plotly makes the edges of cells from neighbours: of values in disorder they would overlap.
+    orders = [np.argsort(values, kind="stable") for values in values_of]
+    x, y = (numbers(values[order], "f8") for values, order in zip(values_of, orders, strict=True))
     place = [list(table.dimensions).index(key) for key in keys]
     across, up = (axis_title(_label(table, key)) for key in keys)
     for n, name in enumerate(names, start=1):
         values = np.moveaxis(sound_values(table, name).reshape(table.shape), place, (0, 1))
         (_, right), (low, high) = chart.panel(n, across, up, _label(table, name), shared=False)
         bar = {"x": right + 0.005, "y": 0.5 * (low + high), "len": high - low, "thickness": 12}
-        image = numbers(values.reshape(table.shape[place[0]], -1).T, "f8")
+        image = numbers(values.reshape(table.shape[place[0]], -1)[np.ix_(*orders)].T, "f8")
         chart.add(n, "heatmap", x=x, y=y, z=image, colorscale="Cividis", colorbar=bar)
     return chart.figure
 
@@ -315,9 +314,12 @@ def _points(table: SweepTable, names: Sequence[str], keys: list[str], joined: bo
         values = sound_values(table, name)
         for column, key in enumerate(keys, start=1):
             n, mode, y = row * len(keys) + column, "markers", values
-            x: Any = [chart_text(v) if isinstance(v := run[key], str) else v for run in runs]
-            if joined and _is_number(table, key):
-                places, mode = np.asarray(x, dtype=float), "lines+markers"
+            is_number = table.coordinates[key].is_number
+            x: Any = [
+                float(run[key]) if is_number else chart_text(_words(run[key])) for run in runs
+            ]
+            if joined and is_number:
+                places, mode = np.asarray(x), "lines+markers"
                 order = np.argsort(places, kind="stable")
                 at = 1 + np.flatnonzero(jumps_between(places[order], values[order]))
                 x = numbers(np.insert(places[order], at, np.nan), "f8")

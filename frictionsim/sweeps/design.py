@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from frictionsim.results import Array
     from frictionsim.sweeps.study_file import SweepOptions
 
-GRID, TOGETHER, SAMPLE = "grid", "zip", "sample"
+GRID, ZIP, SAMPLE = "grid", "zip", "sample"
 MAX_FLOAT = sys.float_info.max  # of integers that have a float
 
 
 class Design(NamedTuple):
     """The combinations of values of a sweep; a run is one of them, counted from 0."""
 
-    kind: str  # GRID, TOGETHER or SAMPLE
+    kind: str  # GRID, ZIP or SAMPLE
     keys: tuple[str, ...]
     levels: tuple[Any, ...]  # of a grid the values of each key, else its value in each run
 
@@ -88,9 +88,9 @@ def design_of(options: "SweepOptions") -> Design:
     if together:
         if len(set(sizes)) > 1:
             counts = ", ".join(f"{key} has {n}" for key, n in zip(keys, sizes, strict=True))
-            raise InputError(f"zip: expected as many values of each key: {counts}")
+            raise InputError(f"zip: expected the same number of values for each key: {counts}")
         _check_total("zip", len(vary), sizes[0], fewer="values")
-        return Design(TOGETHER, keys, tuple(of_key.values for of_key in levels))
+        return Design(ZIP, keys, tuple(of_key.values for of_key in levels))
     if prod(sizes) > MAX_RUNS:
         raise InputError(
             f"{' x '.join(map(str, sizes))} = {prod(sizes):.3g} combinations are more than the"
@@ -176,6 +176,6 @@ def _points(shape: tuple[int, int], options: "SweepOptions") -> "Array":
     if options.method == "lhs":
         return qmc.LatinHypercube(width, seed=generator).random(rows)
     with warnings.catch_warnings():
-        # The documentation, not a warning, tells of numbers of points that are no power of two.
+        # The documentation, not a warning, is about numbers of points that are no power of two.
         warnings.simplefilter("ignore", UserWarning)
         return qmc.Sobol(width, seed=generator).random(rows)

@@ -92,8 +92,8 @@ def block_of(first: int, runs: Sequence[RunSummary]) -> RunBlock:
 
 def completed(header: SweepHeader, blocks: Iterable[RunBlock]) -> SweepTable:
     """Return the sweep whose runs are all done, with the Sobol indices of a sample for them."""
-    ending = {"status": "done", "reason": ""}
-    table = table_of(header._replace(attributes=header.attributes | ending), blocks)
+    outcome = {"status": "done", "reason": ""}
+    table = table_of(header._replace(attributes=header.attributes | outcome), blocks)
     sampling = sampling_of(table)
     if sampling is None or not sampling.indices:
         return table

@@ -24,10 +24,9 @@ from frictionsim.simulation.monitor import RunMonitor
 from frictionsim.simulation.simulate import RunSummary, run, summary_of_run
 from frictionsim.sweeps.design import Design
 from frictionsim.sweeps.outcomes import block_of
-from frictionsim.sweeps.workers import InProcess, Workers
+from frictionsim.sweeps.workers import SECONDS_BETWEEN_TICKS, InProcess, Workers
 
 SECONDS = 0.3  # of a block, which a kill may lose
-SECONDS_BETWEEN_TICKS = 0.1
 MOST = 1000  # runs that a worker is given at once
 PIECES = 8  # of the runs that are left for each worker, so that all end at about the same time
 CHECKED = 64  # combinations between two ticks, which take some milliseconds

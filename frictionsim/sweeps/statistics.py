@@ -19,13 +19,15 @@ Communications 181, 2010.
 """
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from frictionsim.display import short_names
 from frictionsim.errors import InputError
 from frictionsim.io.sweep_table import DONE, SOBOL, SobolIndices, SweepTable
+from frictionsim.scenario.model_fields import names_in
 from frictionsim.scenario.toml_data import toml_tables
 from frictionsim.sweeps.design import SAMPLE
 from frictionsim.sweeps.study_file import SweepOptions, options_of
@@ -79,7 +81,11 @@ def telling(table: SweepTable, runs: Any = slice(None)) -> list[str]:
     varying = [name for name, values in sound.items() if not is_constant(values)]
     varying.sort(key=lambda name: LEADING.index(name) if name in LEADING else len(LEADING))
     # Unit and values of keys, and then of the chosen quantities.
-    known = [(each.unit, of_key(table, key)[runs]) for key, each in _numbers(table).items()]
+    known = [
+        (each.unit, of_key(table, key)[runs])
+        for key, each in table.coordinates.items()
+        if each.is_number
+    ]
     chosen = []
     for name in varying:
         unit, values = table.units[name], sound[name]
@@ -88,11 +94,6 @@ def telling(table: SweepTable, runs: Any = slice(None)) -> list[str]:
             chosen.append(name)
             known.append((unit, np.where(at, values, np.inf)))
     return chosen or varying
-
-
-def _numbers(table: SweepTable) -> dict[str, Any]:
-    keys = table.coordinates.items()
-    return {k: c for k, c in keys if not isinstance(c.values, list) and c.values.dtype.kind in "fi"}
 
 
 def of_key(table: SweepTable, key: str) -> "Array":
@@ -171,6 +172,13 @@ def varied_values(table: SweepTable, run: int) -> dict[str, Any]:
     return {key: table.coordinates[key].values[place] for key, place in table.places(run).items()}
 
 
+def short_keys(keys: Sequence[str]) -> list[str]:
+    """Return the shortest ends of keys that tell them apart, for labels in little space."""
+    names = [name for key in keys for name in names_in(key)]
+    short = dict(zip(names, short_names(names), strict=True))
+    return [", ".join(short[name] for name in names_in(key)) for key in keys]
+
+
 def grouped(texts: Mapping[int, str]) -> list[Group]:
     """Return texts of runs in groups that differ in numbers only, the largest group first.
 
@@ -189,7 +197,7 @@ MIN_ROWS = 16  # of A and B, below which the estimates are meaningless
 ROUNDING = 1e-12  # relative variation below which a quantity is constant
 RESAMPLES, CONFIDENCE = 999, 0.95
 SEED = 0  # of the bootstrap: the same sample gives the same file and the same picture
-MAX_DRAWN = 10_000_000  # numbers of the bootstrap in memory at a time
+BOOTSTRAP_NUMBERS = 10_000_000  # in memory at a time
 
 
 def indices_of(table: SweepTable, names: Iterable[str]) -> dict[str, SobolIndices]:
@@ -256,7 +264,7 @@ def _estimated(blocks: "Array") -> "Array":
         (np.arange(f_a.size),),
         indices,
         n_resamples=RESAMPLES,
-        batch=max(1, MAX_DRAWN // terms.size),
+        batch=max(1, BOOTSTRAP_NUMBERS // terms.size),
         vectorized=True,
         confidence_level=CONFIDENCE,
         method="percentile",

@@ -169,18 +169,16 @@ def _range(name: str, parts: list[str], numbers: list[float], text: str) -> Leve
 
 def _values_of_range(name: str, parts: list[str], numbers: list[float]) -> tuple[Any, ...]:
     """Return the values of a range, each the double nearest to its decimal number."""
-    import numpy as np
-
-    first, last, count = numbers
-    if name == "log":
-        values = np.geomspace(first, last, int(count)).tolist()
-        values[-1] = last
-    else:
-        # In binary arithmetic the second of lin(0.1, 0.4, 31) would be 0.11000000000000001.
-        steps = max(int(count) - 1, 1)
-        with localcontext(prec=DIGITS):
-            a, b = map(Decimal, parts[:2])
-            values = [float((a * (steps - i) + b * i) / steps) for i in range(int(count))]
+    count = int(numbers[2])
+    steps = max(count - 1, 1)
+    # In binary arithmetic the second of lin(0.1, 0.4, 31) would be 0.11000000000000001.
+    with localcontext(prec=DIGITS):
+        a, b = map(Decimal, parts[:2])
+        if name == "log":
+            ratio = (b / a) ** (Decimal(1) / steps)
+            values = [float(a * ratio**i) for i in range(count)]
+        else:
+            values = [float((a * (steps - i) + b * i) / steps) for i in range(count)]
     # Integer keys, such as the number of bodies, take no floats.
     whole = not any(set(part) & set(".eE") for part in parts[:2])
     if whole and all(value % 1.0 == 0.0 for value in values):

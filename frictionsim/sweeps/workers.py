@@ -26,6 +26,7 @@ from frictionsim.version import __version__
 PARENT_SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
+SECONDS_BETWEEN_TICKS = 0.1
 SECONDS_TO_END = 1.0  # of a pool
 LOCAL = "local:"  # what the address of a cluster begins with that is started here
 SECONDS_TO_ANSWER = 10.0  # of a scheduler
@@ -40,7 +41,7 @@ def available_cores() -> int:
 
 
 class Workers(Executor):
-    """An executor of `concurrent.futures` that counts its workers and tells their death."""
+    """An executor of `concurrent.futures` that counts its workers and reports their death."""
 
     count = 1  # of simultaneous calls
     killed: tuple[type[BaseException], ...] = (BrokenExecutor,)  # raised by calls of dead workers
@@ -111,9 +112,9 @@ class ProcessPool(Workers):
             if process.pid in own:
                 process.kill()
         # It waits for the rest of the answer of a worker that died while sending it.
-        ending = threading.Thread(target=self._pool.shutdown, daemon=True)
-        ending.start()
-        ending.join(SECONDS_TO_END)
+        shutdown = threading.Thread(target=self._pool.shutdown, daemon=True)
+        shutdown.start()
+        shutdown.join(SECONDS_TO_END)
 
 
 @contextmanager

@@ -112,6 +112,7 @@ CHANGES: dict[str, Change] = {
     "time that goes back": put("time", 2, -1.0),
     "no contacts": lambda f: f.pop("events/contact"),
     "contact without a name": put("events/contact", 0, 7.0),
+    "mode without a name": put("events/mode_to", 0, 7.0),
     "no kind": lambda f: f.attrs.pop("kind"),
     "no time": lambda f: f.pop("time"),
     "text for numbers": replaced("angle", lambda f, n: f.update({n: ["a", "b"]})),

@@ -9,12 +9,21 @@ from matplotlib.axes import Axes
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from frictionsim.results import Record, Transition
+from frictionsim.results import Quantity, Record, Transition
 from tests.support.belt_results import FOUR, TWO, Pulley, belt_run, lay, tension_at
 from tests.support.belt_scenarios import path_of, scenario_of, shipped
 from tests.support.cases import one_in
 from tests.support.html_elements import charts_of, report_of
-from tests.support.records import VIEWS, draw, shown, string, with_channels, without, words_of
+from tests.support.records import (
+    VIEWS,
+    draw,
+    shown,
+    string,
+    with_channels,
+    with_scenario,
+    without,
+    words_of,
+)
 from tests.support.scenarios import simulate
 
 FORCES = ["normal_force", "friction_force"]
@@ -95,6 +104,12 @@ def test_the_tension_of_a_string_is_that_of_its_joints() -> None:
     assert sorted(tension[1:-1]) == sorted(record.channels["tension"][-1])
     # A joint is halfway between its points: those of a string at one tension are evenly spaced.
     np.testing.assert_allclose(np.diff(place), np.ptp(place) / 61, rtol=0.01)
+    # The summary is of the whole run.
+    assert "mean of a span, as in the summary" in words_of(draw(record, "tension"))
+    assert "as in the summary" not in words_of(draw(record, "tension", time=1.0))
+    of_periods = record._replace(quantities={"mean_duration": Quantity(1.2, "s")})
+    assert "mean over whole periods" in words_of(draw(of_periods, "tension", time=1.4))
+    assert "mean over the last fifth" in words_of(draw(of_periods, "tension", time=1.0))
 
 
 @pytest.mark.parametrize("name", ["driven", "shaft"])
@@ -196,6 +211,19 @@ def test_the_cloud_of_exact_friction_lies_on_a_vertical_and_two_rays() -> None:
     fast = slip[touching] > 2e-3 * slip[record.channels["pulley_index"][late] >= 0].max()
     assert sum(np.size(line.get_xdata()) for line in rings) == np.sum(fast) > 0
     assert "sticks, with residual slip" in words_of(figure)
+
+
+def test_a_result_without_counts_of_steps_is_drawn_and_one_of_an_edited_scenario_refused() -> None:
+    record = string()
+    draw(record._replace(statistics=None), "friction")
+    record = with_channels(record, friction_work=np.zeros_like(record.channels["x"]))
+    text = record.attributes["scenario"].replace("mu_s", "mu_x")
+    edited = with_scenario(record, f"{text}\n[effects.wear]\n")
+    for view in ("friction", "wear"):
+        with pytest.raises(
+            InputError, match=r"is not valid: effects\.belt_friction\.mu_x: unknown"
+        ):
+            draw(edited, view)
 
 
 def test_the_areas_of_the_wear_are_the_work_of_friction() -> None:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from tests.support.records import draw, shown
+from tests.support.records import draw, shown, with_scenario
 
 R_S, R_K = (0.0254 * sin(atan(mu)) for mu in (0.2, 0.1))
 
@@ -58,6 +58,14 @@ def test_a_gear_has_the_moment_of_its_equation() -> None:
     a, T = record.channels["angular_acceleration"], record.channels["friction_torque"]
     of_samples = np.abs(inertia * a - T)
     assert np.isin(np.round(of_samples, 9), np.round(moment, 9)).mean() > 0.99  # at other events
+
+
+@pytest.mark.parametrize("view", ["response", "friction", "mechanism"])
+def test_a_journal_that_was_edited_is_refused_by_its_faults(view: str) -> None:
+    record = shown("pulley")
+    edited = with_scenario(record, record.attributes["scenario"].replace("mu_s", "mu_x"))
+    with pytest.raises(InputError, match=r"is not valid: .*shaft_friction\.mu_x: unknown"):
+        draw(edited, view)
 
 
 def test_without_dry_friction_there_is_nothing_to_draw() -> None:

@@ -77,7 +77,7 @@ def test_times_of_close_events_are_in_two_rows_apart_and_the_legend_has_its_own_
 def test_a_pulley_is_drawn_with_its_static_limits() -> None:
     figure = draw(shown("pulley"))
     words = words_of(figure)
-    for expected in ("2707.7 N", "1826.9 N", "limit of static friction"):
+    for expected in ("2708 N", "1827 N", "limit of static friction"):
         assert expected in words
     labels = [" ".join(ax.get_ylabel().split()) for ax in figure.axes]
     assert labels == ["drive force, N", "friction torque, N m", "angular velocity, rad/s",
@@ -86,6 +86,8 @@ def test_a_pulley_is_drawn_with_its_static_limits() -> None:
     pressed = words_of(draw(shown("pulley", effects__shaft_friction__mu_s=1.9, drive__force=10.0)))
     assert "limit of static friction" in pressed
     assert "to lift" not in pressed
+    small = {"mechanism__load": 0.25, "drive__force": 0.25}
+    assert "to lift: 0.3044 N" in words_of(draw(shown("pulley", **small)))
     free = words_of(draw(shown("pulley", effects=None)))
     assert "to lift" not in free
     assert "limit of static friction" not in free

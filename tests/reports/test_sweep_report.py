@@ -52,17 +52,35 @@ def reports(grid: Path, sample: Path, tmp_path_factory: pytest.TempPathFactory) 
 
 
 def test_a_grid_of_two_keys_has_a_map_of_each_quantity(tmp_path: Path) -> None:
-    vary = {MU: [0.2, 0.25, 0.3], LOAD: [1900.0, 2000.0]}
+    both = f"{MU},effects.shaft_friction.mu_k"
+    # Cells of values in disorder would overlap.
+    vary = {both: [0.25, 0.3, 0.2], LOAD: [2000.0, 2100.0, 1900.0]}
     sweep = fs.sweep(PULLEY, vary, LOOSE, workers=1)
     page = fs.report(sweep, tmp_path / "a.html").read_text("utf-8")
     traces, layout = charts_of(page)["charts"]
     titles = [each["text"] for each in layout["annotations"]]
+    assert layout["xaxis"]["title"]["text"] == "mu_s, mu_k"
     drawn = dict(zip(titles, traces, strict=True))
     of_lift = drawn["force_to_lift, N"]
     assert of_lift["type"] == "heatmap"
     shape = [int(n) for n in of_lift["z_shape"]]
-    wanted = sweep.dataset["force_to_lift"].transpose(LOAD, MU).to_numpy()
+    wanted = sweep.dataset["force_to_lift"].transpose(LOAD, both).sortby([LOAD, both])
+    assert np.array_equal(of_lift["x"], [0.2, 0.25, 0.3])
+    assert np.array_equal(of_lift["y"], [1900.0, 2000.0, 2100.0])
     assert np.array_equal(of_lift["z"].reshape(shape), wanted)
+
+
+def test_values_of_true_and_false_are_words(tmp_path: Path) -> None:
+    path, vary = (
+        tmp_path / "s.h5",
+        {"output.at_events": [True, False], "solver.max_steps": [90, 80]},
+    )
+    sweep = fs.sweep(PULLEY, vary, LOOSE, output=path, workers=1)
+    for number, source in enumerate((sweep, path)):
+        page = fs.report(source, tmp_path / f"{number}.html").read_text("utf-8")
+        booleans, counts = charts_of(page)["charts"][0][:2]
+        assert booleans["x"] == ["true", "true", "false", "false"]
+        assert counts["x"] == [90, 80, 90, 80]
 
 
 @pytest.mark.parametrize(("name", "keys"), [("grid", 3), ("sample", 2)])

@@ -10,6 +10,7 @@ import pytest
 from scipy import stats
 
 import frictionsim as fs
+from frictionsim.sweeps.statistics import telling
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 from tests.support.sweeps import (
     AUDIT_FAILED,
@@ -89,6 +90,16 @@ def test_extremes_of_a_grid_and_where_they_are() -> None:
     assert told["none"]["least"] == {"value": None, "run": None, "at": None}
     together = grid_of({"a": [1.0, 2.0], "b": [5.0, 6.0]}, {"f": lambda a, b: a}, "zip")
     assert quantities_of(together)["f"]["largest"]["at"] == {"a": 2.0, "b": 6.0}
+
+
+def test_true_and_false_are_no_numbers_when_they_are_run_and_when_they_are_read() -> None:
+    """A quantity of a 0 or 1 in the unit of the key tells something: it is not the key."""
+    table = grid_of({"a": [False, True]}, {"f": lambda a: 1.0 * a, "g": lambda a: 5.0 - a})
+    (key,) = table.coordinates.values()
+    read = key._replace(values=key.values.astype(np.int8))  # as `open_sweep` returns it
+    for coordinate in (key, read):
+        assert not coordinate.is_number
+        assert telling(table._replace(coordinates={"a": coordinate})) == ["f", "g"]
 
 
 def test_texts_that_differ_in_numbers_are_one_group() -> None:
