@@ -258,7 +258,9 @@ def test_warns_of_marbles_that_are_carried_back() -> None:
     record, _ = machine(0.3, 3.0, **smooth)
     (back,) = warnings_with(record, "ran back")
     angle, pitch = record.channels["angle"], 2.0 * pi / MACHINE["mechanism"]["slots"]
-    assert number_after(back, "N m: it carried ") == np.floor(angle[0] / pitch) - np.floor(angle[-1] / pitch)
+    assert number_after(back, "N m: it carried ") == np.floor(angle[0] / pitch) - np.floor(
+        angle[-1] / pitch
+    )
 
 
 def test_warns_of_a_machine_that_stalls() -> None:
