@@ -11,13 +11,14 @@
 fault the files that can notice it. After each fault it writes results/who_notices.json: by fault,
 the test functions that fail with it and pass without it, and how many of their cases if several.
 Killed, it goes on where it was; rows of other sources are made anew, after those that lack. `first`
-is the quick form: it ends at the first test that fails, sought in the tests of the same room before
-all others, and leaves a row that `run` makes whole. `prove` runs all default tests for some faults,
-and says what `run` would have left out. `again` runs the files that noticed each fault, up to the
-first test that fails; `run --only` finds what notices it now.
+is the quick form: it ends at the first test that fails, sought near the fault, in the folder of its
+room and the files of no folder, and leaves a row that `run` makes whole. `prove` runs all default
+tests for some faults, and says what `run` would have left out. `again` runs the files that noticed
+each fault, up to the first test that fails; `run --only` finds what notices it now.
 """
 
 import argparse
+import os
 import signal
 import sys
 
@@ -77,12 +78,9 @@ def first(copy: Copy, chosen: list[Fault], anew: bool) -> int:
     for fault in sorted(chosen, key=lambda fault: fault.name in known):
         row = known.get(fault.name, {})
         if anew or row.get("state") != copy.state_with(fault):
-            folder = f"tests/{fault.file.split('/')[2 if fault.room == 'belts' else 1]}/"
-            near = [name for name in copy.files if name.startswith(folder)]
-            others = [name for name in copy.files if name not in near]
+            folder = f"tests/{fault.file.split('/')[2 if fault.room == 'belts' else 1]}"
+            near = [file for file in copy.files if os.path.dirname(file) in (folder, "tests")]
             row = copy.trial(fault, near, {}, first=True)
-            if not row["tests"]:
-                row = copy.trial(fault, others, {}, first=True)
             if row["tests"]:
                 row.pop("ended", None)  # pytest was told to
             row["first"] = True
