@@ -212,8 +212,7 @@ def dask_cluster(address: str) -> Iterator[Workers]:
         distributed: Any = import_module("distributed")
     except ImportError:
         raise InputError(
-            "dask: the package distributed is not installed; install it with"
-            " pip install 'frictionsim[dask]'"
+            "dask: the package distributed is not installed; 'pip install distributed' brings it"
         ) from None
     with ExitStack() as stack:
         try:

@@ -223,7 +223,6 @@ PRINTED = {
     "share of touching bodies that stick": "only slip occurs",
     "end [s]": "",
     "audit": "",
-    "wall time [s]": "",
 }
 
 
@@ -274,7 +273,6 @@ def _quantities(done: Record) -> dict[str, Any]:
     values = dict.fromkeys(PRINTED, float("nan")) | {
         "end [s]": float(done.time[-1]),
         "audit": warning_on(done) or "passed",
-        "wall time [s]": done.statistics.wall_seconds,
     }
     which = done.time >= START
     if not which.any():

@@ -85,8 +85,9 @@ def first(copy: Copy, chosen: list[Fault], anew: bool) -> int:
                 row.pop("ended", None)  # pytest was told to
             row["first"] = True
             _keep(fault, row)
-            print(f"{fault.name}: {dict(row['tests']) or 'none'}, {row['seconds']} s", flush=True)
-        missed += not row["tests"]
+            noticed = dict(row["tests"]) or row.get("ended", "none")
+            print(f"{fault.name}: {noticed}, {row['seconds']} s", flush=True)
+        missed += not (row["tests"] or "ended" in row)
     return 1 if missed else 0
 
 
