@@ -8,6 +8,7 @@ import numpy as np
 
 from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies
 from frictionsim.mechanisms.belt_drive.quantities import (
+    STANDARD_ERRORS,
     averaging_of,
     energy_residual,
     min_rim_speed,
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
 MIN_SAMPLES = 10  # for a mean
 UNSTEADY = 0.01  # of the largest: what the means of the two halves of a steady part differ by
-STANDARD_ERRORS = 4.0  # by which two means may differ by chance
 FULL_SLIP_SAMPLES = 0.01  # of the run
 MOSTLY = 0.9  # of the samples in full slip: what is there in so many makes it
 GAIN_OF_WARNING = 0.01  # of the energy that the springs store at the start
