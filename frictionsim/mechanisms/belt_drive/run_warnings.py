@@ -8,6 +8,7 @@ import numpy as np
 
 from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies
 from frictionsim.mechanisms.belt_drive.quantities import (
+    MIN_FORCE,
     STANDARD_ERRORS,
     averaging_of,
     energy_residual,
@@ -162,9 +163,11 @@ def _unsteady_means(run: "BeltSamples") -> Iterator[str]:
         fastest = inf  # pulleys at rest may vibrate
     names = [f"speed of '{name}'" for name in run.names]
     tensions = [f"tension from '{start}' to '{end}'" for start, end in run.spans]
+    # A guided belt may be in compression, and its mean tension near zero.
+    tension = max(float(np.mean(np.abs(spans))), MIN_FORCE * run.pretension)
     changing = [
         *_changes(time[compared], middle, rim, fastest, names),
-        *_changes(time[compared], middle, spans[compared], float(np.mean(spans)), tensions),
+        *_changes(time[compared], middle, spans[compared], tension, tensions),
     ]
     if changing:
         change, what = max(changing)
