@@ -52,7 +52,7 @@ class Case(NamedTuple):
     sampled: tuple[str, ...] = ()  # patterns of quantities that are of the samples
     fails_audit: Mapping[str, str] = {}  # checks that it fails, with the reason
     not_resumed: str = ""  # why
-    # It is no default test: it is dear, or says the same as another with other inputs. Default
+    # It is no default test: it is slow, or says the same as another with other inputs. Default
     # tests of `robustness` hold what most of the hard ones give against references.
     slow: bool = False
 

@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result import Ending, ResultBase
+from frictionsim.api.result import Outcome, ResultBase
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.display import number_text, ratio_text, set_line, study_text
 from frictionsim.document import Data, Document, Table
@@ -79,12 +79,12 @@ class Fit(FitOutcome, ResultBase):
     set_keys: str = ""  # the line of the summary with these overrides
 
     @property
-    def _ending(self) -> Ending:
+    def _outcome(self) -> Outcome:
         code = EXIT_DONE if self.converged else EXIT_BUDGET_EXCEEDED
         code = EXIT_SOLVER_FAILED if self.finding.kind == OUT_OF_REACH else code
         if self.converged:
-            return Ending("done", "", code)
-        return Ending("stopped", f"limit of {MAX_ITERATIONS} iterations reached", code)
+            return Outcome("done", "", code)
+        return Outcome("stopped", f"limit of {MAX_ITERATIONS} iterations reached", code)
 
     def plot(self, *, figure: "Figure | SubFigure | None" = None) -> "Figure":
         """Draw data, fit and residuals.

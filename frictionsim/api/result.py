@@ -52,7 +52,7 @@ MAX_EVENTS = 20
 PICTURES = (".png", ".pdf", ".svg")
 
 
-class Ending(NamedTuple):
+class Outcome(NamedTuple):
     """How a run, a sweep, a cost study or a fit ended."""
 
     status: str
@@ -65,22 +65,22 @@ class ResultBase(ABC):
 
     @property
     @abstractmethod
-    def _ending(self) -> Ending: ...
+    def _outcome(self) -> Outcome: ...
 
     @property
     def status(self) -> str:
         """`done`, or the way it ended early: `failed`, `stopped` or `interrupted`."""
-        return self._ending.status
+        return self._outcome.status
 
     @property
     def reason(self) -> str:
         """Why it ended early or cannot be trusted; else empty."""
-        return self._ending.reason
+        return self._outcome.reason
 
     @property
     def exit_code(self) -> int:
         """The exit code of the command line for this result."""
-        return self._ending.exit_code
+        return self._outcome.exit_code
 
     @abstractmethod
     def _parts(self) -> Document:
@@ -185,9 +185,9 @@ class Result(ResultBase):
         self._estimate = estimate
 
     @property
-    def _ending(self) -> Ending:
+    def _outcome(self) -> Outcome:
         code = self.record.exit_code or (self._estimate.exit_code if self._estimate else EXIT_DONE)
-        return Ending(self.record.status, self.record.reason, code)
+        return Outcome(self.record.status, self.record.reason, code)
 
     @property
     def failure(self) -> str:

@@ -5,7 +5,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result import Ending, ResultBase
+from frictionsim.api.result import Outcome, ResultBase
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.costs.study import MAX_WALL, REPEATS
 from frictionsim.costs.study import CostOptions as CostOptions
@@ -112,8 +112,8 @@ class Study(ResultBase):
         self._exit_code = exit_code
 
     @property
-    def _ending(self) -> Ending:
-        return Ending(self.table.status, self.table.reason, self._exit_code)
+    def _outcome(self) -> Outcome:
+        return Outcome(self.table.status, self.table.reason, self._exit_code)
 
     @property
     def recommendations(self) -> list[str]:

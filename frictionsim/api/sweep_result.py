@@ -6,7 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.result import Ending, ResultBase
+from frictionsim.api.result import Outcome, ResultBase
 from frictionsim.display import (
     STUDY_DIGITS,
     quantity_text,
@@ -88,7 +88,7 @@ class Sweep(ResultBase):
         return sweep_dataset(self.table)
 
     @property
-    def _ending(self) -> Ending:
+    def _outcome(self) -> Outcome:
         status, reason = (self.table.attributes[name] for name in ("status", "reason"))
         outcomes = {*self.table.status.tolist()}
         code = EXIT_DONE
@@ -96,7 +96,7 @@ class Sweep(ResultBase):
             code = EXIT_AUDIT_FAILED if AUDIT_FAILED in outcomes else EXIT_SOLVER_FAILED
         if status != "done":
             code = exit_code_of_interruption(reason)
-        return Ending(status, reason, code)
+        return Outcome(status, reason, code)
 
     @property
     def failures(self) -> list[str]:

@@ -17,7 +17,7 @@ from typing import Annotated, Any, TypeVar
 import typer
 from typer.core import TyperArgument, TyperCommand
 
-from frictionsim.cli.terminal import ending_of, print_data, print_error
+from frictionsim.cli.terminal import exit_message, print_data, print_error
 from frictionsim.errors import EXIT_BAD_INPUT, EXIT_DEFECT, EXIT_DONE, ArgumentError
 from frictionsim.io.terminal import print_on_stderr
 from frictionsim.version import __version__
@@ -216,7 +216,7 @@ def run_command_line(arguments: list[str]) -> int:
         if helped.getvalue():
             print_data(helped.getvalue().removesuffix("\n"))
     except BaseException as error:
-        message, code = ending_of(error)
+        message, code = exit_message(error)
         if code == EXIT_DEFECT and "--debug" in arguments:
             raise
         if message:

@@ -148,7 +148,7 @@ OUT_OF_MEMORY = (
 )
 
 
-def ending_of(error: BaseException) -> tuple[str, int]:
+def exit_message(error: BaseException) -> tuple[str, int]:
     """Return the message, empty for none, and the exit code of what ended a command."""
     if isinstance(error, ArgumentError):
         return f"--{error.argument.replace('_', '-')}: {error.text}", error.exit_code

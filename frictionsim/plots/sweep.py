@@ -1,7 +1,7 @@
 """Pictures of sweeps: curves over one key, maps over two, histograms and indices of samples.
 
 Those quantities are drawn that vary and equal no varied key and none before them, MAX_PANELS at
-most in the order of `telling`. Of a grid
+most in the order of `varying_quantities`. Of a grid
 
 - with one key of several values: a curve of each quantity; over a key of text: points;
 - with two: a map of each quantity; if one has few texts as values: a curve for each of them;
@@ -68,7 +68,7 @@ from frictionsim.sweeps.statistics import (
     short_keys,
     sound_values,
     statistics_of,
-    telling,
+    varying_quantities,
 )
 
 if TYPE_CHECKING:
@@ -333,7 +333,7 @@ def chosen(table: SweepTable, runs: Any, count: int = MAX_PANELS) -> tuple[list[
 
     Those that do not vary are drawn if there are no others.
     """
-    varying = telling(table, runs)
+    varying = varying_quantities(table, runs)
     candidates = varying or list(table.values)
     defined = any(np.isfinite(sound_values(table, name)[runs]).any() for name in table.values)
     several = isinstance(runs, slice) or runs.size > 1

@@ -35,8 +35,8 @@ from frictionsim.sweeps.statistics import (
     jumps_between,
     short_keys,
     sound_values,
-    telling,
     varied_values,
+    varying_quantities,
 )
 
 MAX_CELLS = 12_000  # of the table of runs; more make a page slow
@@ -255,7 +255,7 @@ def sweep_figure(table: SweepTable) -> tuple[Json | None, str]:
     defined = [name for name in table.values if is_defined(table, name)]
     sound = {name: sound_values(table, name) for name in defined}
     drawable = [n for n in defined if np.nanmax(np.abs(_finite(sound[n]))) < MAX_DRAWN]
-    varying = [name for name in telling(table) if name in drawable]
+    varying = [name for name in varying_quantities(table) if name in drawable]
     drawn = (varying or drawable)[:MAX_QUANTITIES]
     others = [name for name in defined if name not in drawn]
     notes = [f"Without a picture: {', '.join(others)}; the table has them."] if others else []

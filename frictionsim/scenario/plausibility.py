@@ -25,7 +25,7 @@ RADII = ("radius", "cord_radius")  # of the body itself
 def warnings_of(scenario: Any) -> list[str]:
     """Return warnings about a scenario whose results may mislead."""
     interval, duration = scenario.interval, scenario.solver.duration
-    warnings = list(_questions(scenario))
+    warnings = list(_unlikely_values(scenario))
     changes = max(map(last_change, scenario.signals.values()), default=0.0)
     if 0.0 < LONG * changes < duration:
         warnings.append(
@@ -83,16 +83,16 @@ def _shortest_period(signal: Any, end: float) -> float:
     return min(periods)
 
 
-def _questions(table: Params, path: str = "") -> Iterator[str]:
-    """Yield a question for each value of a table, and of those in it, that is hardly meant."""
+def _unlikely_values(table: Params, path: str = "") -> Iterator[str]:
+    """Yield a warning of each value of a table, and of those in it, that is hardly meant."""
     values = table.__dict__
     for name, value in values.items():
         key = f"{path}{name}"
         if isinstance(value, Params):
-            yield from _questions(value, f"{key}.")
+            yield from _unlikely_values(value, f"{key}.")
         elif isinstance(value, dict | tuple):
             for of, row in _rows(value):
-                yield from _questions(row, f"{key}.{of}.")
+                yield from _unlikely_values(row, f"{key}.{of}.")
         elif not isinstance(value, float):
             continue
         elif name.endswith("radius") and abs(value) > MAX_RADIUS:

@@ -25,7 +25,7 @@ SAME_EVENT_ULPS = 4.0
 SMALL_SHARE, FITTING_SHARE = 1e-6, 1e-9
 # Torque and limit that differ by less, relatively, are equal but for rounding.
 TIE = 1e-9
-# Of more times at which a body may give way, to look at which takes seconds, nothing is said.
+# Of more times at which a body may break away, to look at which takes seconds, nothing is said.
 MAX_TIMES = 2000
 LOOKS = 100  # times of a run besides those of extrema
 
@@ -128,7 +128,7 @@ def foreseen(mechanism: "Mechanism", duration: float) -> Iterator[str]:
 
 
 def _times(system: Any, end: float) -> Iterator[float]:
-    """Yield the times, s, at which a mechanism at rest may give way, and some between them."""
+    """Yield the times, s, at which a mechanism at rest may break away, and some between them."""
     signals = getattr(system.drive, "signals", (system.drive,))
     t, last = 0.0, min(end, _end_of_first_period(signals))
     while t < last:
@@ -150,7 +150,7 @@ def _end_of_first_period(signals: Sequence[Any]) -> float:
 
 
 def _moves(mechanism: "Mechanism", t: float) -> bool:
-    """Return whether what rests from the start gives way at a time, s."""
+    """Return whether what rests from the start breaks away at a time, s."""
     system = mechanism.system
     n, y = system.coordinates, system.start
     if mechanism.law == REGULARISED:  # which holds nothing

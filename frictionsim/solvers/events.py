@@ -133,7 +133,7 @@ class Events(Loop):
         The zero at the start of a motion does not count.
         """
         # What moves from rest may be slowed down at first by the roundoff of the limit at which it
-        # gave way.
+        # was released.
         if s * step.y[c] > 0.0 and not may_pass_zero(step, c, s):
             return inf
         return self._located_zero(step, modes, c, s)

@@ -1,8 +1,8 @@
 """The modes of contacts that are consistent with a state of rest, slip and slack.
 
 Where several combinations are solutions, the one in which most contacts hold is taken, so that
-quasi-static stick is kept; of several of these, the one in which those give way that are beyond
-their limits when all hold. All combinations are tried, at most 3^n of n contacts.
+quasi-static stick is kept; of several of these, the one in which those are released that are
+beyond their limits when all hold. All combinations are tried, at most 3^n of n contacts.
 """
 
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ def holds(mode: int) -> bool:
 
 
 def direction_of(mode: int) -> int:
-    """Return the direction in which a contact gives way in a mode; 0 if it holds."""
+    """Return the direction in which a contact is released in a mode; 0 if it holds."""
     return FORWARD if mode == SLACK else STICK if mode == TAUT else mode
 
 
@@ -63,12 +63,13 @@ def consistent(system: Any, t: float, y: list[float], before: Modes, now: Modes)
         product(*each),
         key=lambda modes: (-sum(map(holds, modes)), sum(not holds(modes[i]) for i in keep)),
     )
-    # An acceleration at the limit may be roundoff of the wrong sign: what was found there, or gave
-    # way before, gives way whatever it is. Of several that were found, one may relieve the others.
+    # An acceleration at the limit may be roundoff of the wrong sign: what was found there, or was
+    # released before, is released whatever it is. Of several that were found, one may relieve the
+    # others.
     for modes, sure in _by_holding(some, (gone, gone | located)):
-        gives_way = not located or any(modes[i] == mode for i, mode in located.items())
-        gives_way = gives_way and all(modes[i] == mode for i, mode in sure.items())
-        if gives_way and _is_consistent(system, t, y, list(modes), sure):
+        released = not located or any(modes[i] == mode for i, mode in located.items())
+        released = released and all(modes[i] == mode for i, mode in sure.items())
+        if released and _is_consistent(system, t, y, list(modes), sure):
             return list(modes)
     for modes in some:
         if _is_consistent(system, t, y, list(modes), {}):
@@ -100,7 +101,7 @@ def _by_holding(some: list[Any], sure: tuple[dict[int, int], ...]) -> Iterator[A
 def _is_consistent(
     system: Any, t: float, y: list[float], modes: Modes, sure: dict[int, int]
 ) -> bool:
-    """Return whether forces are within their limits, and what gives way moves that way."""
+    """Return whether forces are within their limits, and what is released moves that way."""
     n = system.coordinates
     margins, k = system.margins(t, y, modes), system.rates(t, y, modes)
     for i, mode in enumerate(modes):

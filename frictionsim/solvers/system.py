@@ -160,7 +160,7 @@ class System(Protocol):
     def rests_until(self, t: float, y: list[float], end: float) -> float:
         """Return a time after t, at most the end, up to which margins at rest are monotone.
 
-        Or, while all contacts hold, one such that each gives way at most once up to it, and that
+        Or, while all contacts hold, one such that each breaks away at most once up to it, and that
         does not hold at it if it does.
         """
 

@@ -72,7 +72,7 @@ def is_constant(values: "Array", tolerance: float = FLAT) -> bool:
     return not defined.size or bool(np.ptp(defined) <= tolerance * np.abs(defined).max())
 
 
-def telling(table: SweepTable, runs: Any = slice(None)) -> list[str]:
+def varying_quantities(table: SweepTable, runs: Any = slice(None)) -> list[str]:
     """Return the quantities that vary in some runs, those first that a picture should show first.
 
     Without those that equal a varied key or a quantity before them, if there are others.

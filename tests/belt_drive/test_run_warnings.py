@@ -1,10 +1,12 @@
 """Warnings of a belt's run: exactly when their rules hold, as read from the channels."""
 
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 
+import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.results import Record
 from tests.support.belt_scenarios import NO_MOTION_ACROSS, pair, trio
@@ -100,6 +102,43 @@ def test_means_of_a_motion_that_changes_are_warned_of(torque: Any, steady: bool)
     # The damped driven pulley settles within 30 ms: 2e-3 kg m^2 against 0.25 N m s.
     done = simulate(pair(drive__driver__torque=torque, mechanism__belt__bodies=48, **LONG))
     assert warned(done, "not steady") is not steady, done.warnings
+
+
+def compressed(stop: float) -> Scenario:
+    """Return a guided belt, in compression while both its pulleys speed up until a time, s."""
+    pulleys = [
+        {"name": name, "center": [x, 0.0], "radius": 0.1, "inertia": 1e-3}
+        for name, x in (("a", 0.0), ("b", 0.4))
+    ]
+    string = {"bodies": 60, "mass_per_length": 0.1, "axial_rigidity": 1e4, "pretension": 30.0}
+    speed = {"speed": {"time": [0.0, stop], "value": [0.0, 800.0]}}
+    return {
+        "kind": "belt_drive",
+        "mechanism": {"belt": string, "pulleys": pulleys},
+        "drive": {"a": speed, "b": speed},
+        "effects": {
+            "belt_friction": {"mu_s": 0.8, "mu_k": 0.8},
+            "axial_damping": {"coefficient": 2.0},
+        },
+        "solver": {"backend": "moreau", "duration": 0.15},
+        "output": {"interval": 5e-4},
+    }
+
+
+@pytest.mark.parametrize(("stop", "steady"), [(0.05, True), (0.15, False)])
+def test_a_change_of_tension_counts_the_same_in_compression(stop: float, steady: bool) -> None:
+    """The mean tension of a run is negative."""
+    run = fs.solve(compressed(stop))
+    on_spans = run.dataset["pulley_index"].values < 0.0
+    tension = np.ma.array(run.dataset["tension"].values, mask=~on_spans).mean(axis=1)
+    assert np.mean(tension) < 0.0
+    assert bool(np.ptp(tension[-60:]) < 1e-9) is steady  # the last fifth of the run
+    warnings = [warning for warning in run.warnings if "not steady" in warning]
+    if steady:
+        assert not warnings
+        return
+    (changes,) = re.findall(r"the tension from '\w' to '\w' changes by (\S+) %", warnings[0])
+    assert 10.0 < float(changes) < 1000.0
 
 
 def test_means_of_a_few_samples_are_warned_of() -> None:

@@ -3,7 +3,9 @@
 import ast
 import re
 import sys
+from collections.abc import Iterator
 from functools import cache
+from itertools import chain
 from pathlib import Path
 
 import h5py
@@ -38,18 +40,24 @@ def short_run(kind: str) -> Record:
     return fs.solve(SCENARIOS / f"{name}.toml", overrides).record
 
 
+def text_of_node(node: ast.AST) -> str | None:
+    """Return a text of the code, with {} where values are put in."""
+    if isinstance(node, ast.JoinedStr):
+        return "".join(text_of_node(part) or "{}" for part in node.values)
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
+
+
+@cache
+def trees() -> dict[Path, ast.Module]:
+    """Return the code of the package."""
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in PACKAGE.rglob("*.py")}
+
+
 @cache
 def texts() -> list[str]:
-    """Return all texts in the code of the package, with {} where values are put in."""
-    strings = []
-    for path in PACKAGE.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                strings.append(node.value)
-            elif isinstance(node, ast.JoinedStr):
-                parts = (v.value if isinstance(v, ast.Constant) else "{}" for v in node.values)
-                strings.append("".join(map(str, parts)))
-    return strings
+    """Return all texts in the code of the package."""
+    nodes = (node for tree in trees().values() for node in ast.walk(tree))
+    return [text for text in map(text_of_node, nodes) if text is not None]
 
 
 def first_names(page: str, name: str, column: int = 0) -> list[str]:
@@ -157,11 +165,50 @@ def test_the_laws_and_methods_are_those_of_the_page() -> None:
     assert set(first_names(METHODS, "methods")) == able
 
 
-def test_the_quoted_warnings_are_those_of_the_code() -> None:
+def quoted_warnings() -> list[list[str]]:
+    """Return the parts of each warning that the page quotes, without values."""
     lines = PAGES["docs/warnings.md"].read_text(encoding="utf-8").splitlines()
-    first = [line.split("|")[1] for line in lines if line.startswith("| `")]
+    first = [line.split("|")[1] for line in lines if line.startswith(("| `", "| ... of `"))]
     quoted = [text for cell in first for text in names(cell) if " " in text]
-    assert quoted
-    for warning in quoted:
-        for part in re.split(r"\.\.\.|-?\d[\d.e-]*", warning):
-            assert len(part.strip()) < 4 or any(part.strip() in text for text in texts()), part
+    parts = [re.split(r"\.\.\.|(?<![\w^])-?\d[\d.e-]*", text) for text in quoted]
+    return [[part.strip() for part in of_one if len(part.strip()) > 3] for of_one in parts]
+
+
+def given_warnings() -> Iterator[str]:
+    """Yield the warnings in the code, as `texts`: what functions of them yield, append or list.
+
+    Those of fits are in the page of fits.
+    """
+    nodes = ((path, node) for path, tree in trees().items() for node in ast.walk(tree))
+    functions = [
+        node
+        for path, node in nodes
+        if isinstance(node, ast.FunctionDef) and path.parent.name != "fits"
+        if "warning" in node.name or path.stem in ("run_warnings", "plausibility")
+    ]
+    for function in functions:
+        for node in ast.walk(function):
+            given: list[ast.expr] = []
+            if isinstance(node, ast.Yield) and node.value:
+                given = [node.value]
+            elif isinstance(node, ast.Call) and ast.unparse(node.func) == "warnings.append":
+                given = node.args
+            elif isinstance(node, ast.Return) and isinstance(node.value, ast.List):
+                given = node.value.elts
+            for value in given:
+                first = next(filter(None, map(text_of_node, ast.walk(value))), "")
+                if " " in first:
+                    yield first
+
+
+def test_the_quoted_warnings_are_those_of_the_code() -> None:
+    assert quoted_warnings()
+    for part in chain.from_iterable(quoted_warnings()):
+        assert any(part in text for text in texts()), part
+
+
+def test_the_warnings_of_the_code_are_quoted() -> None:
+    given, quoted = set(given_warnings()), [max(parts, key=len) for parts in quoted_warnings()]
+    assert len(given) > 25
+    for warning in given:
+        assert any(part in warning for part in quoted), warning

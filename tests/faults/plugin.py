@@ -24,7 +24,7 @@ from tests.faults.started_python import read_for_a_digest
 
 ROOT = str(Path(__file__).parents[2])
 PACKAGE = os.path.join(ROOT, "frictionsim") + os.sep
-CPU_LIMIT = 150  # s a test, which other work of the machine does not use up; the dearest takes 30
+CPU_LIMIT = 150  # s a test, which other work of the machine does not use up; the slowest takes 30
 WALL_LIMIT = 900.0  # s a test, of one that waits for ever
 FORKS = {"os.fork", "os.forkpty"}  # run what is imported here
 STARTS = {"os.posix_spawn", "os.system"}

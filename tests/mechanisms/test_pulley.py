@@ -65,7 +65,7 @@ def test_the_published_law_follows_a_ramp_on_which_the_pulley_never_comes_back_t
 # Its steps are a thousandth of its time constant: they take ten seconds, those of rkf45 30.
 TINY_INERTIA = "inertia_1e-6_ramp"
 # Hundreds of cycles, or short steps; the drawn cases have the same transitions.
-DEAR = {
+SLOW = {
     *("inertia_1e-4_sine", "sine_20Hz_400cycles", "sine_5Hz_300cycles"),
     "sine_10Hz_two_way_200cycles",
 }
@@ -80,7 +80,7 @@ def references(marks: dict[str, pytest.MarkDecorator]) -> list[Any]:
 
 
 @pytest.mark.parametrize(
-    "case", one_in(7, references(dict.fromkeys((TINY_INERTIA, *DEAR), pytest.mark.slow)))
+    "case", one_in(7, references(dict.fromkeys((TINY_INERTIA, *SLOW), pytest.mark.slow)))
 )
 def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
     data = case["scenario"]
@@ -101,7 +101,7 @@ def test_events_agrees_with_the_reference(case: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     "case",
     one_in(
-        12, references(dict.fromkeys(DEAR, pytest.mark.slow) | {TINY_INERTIA: pytest.mark.nightly})
+        12, references(dict.fromkeys(SLOW, pytest.mark.slow) | {TINY_INERTIA: pytest.mark.nightly})
     ),
 )
 def test_rkf45_agrees_with_the_reference_to_its_tolerance(case: dict[str, Any]) -> None:

@@ -137,7 +137,7 @@ def angle_of_a_cord_that_sticks(car: float) -> float:
 
 
 @pytest.mark.parametrize("way", [1, -1])
-def test_a_cord_within_its_limit_does_not_slip_where_the_shaft_gives_way(way: int) -> None:
+def test_a_cord_within_its_limit_does_not_slip_where_the_shaft_breaks_away(way: int) -> None:
     for car in np.linspace(31.0, 35.0, 3):
         torque = ramp((0.0, -28.0 * way), (2.0, -45.0 * way))
         result = solved(grips(float(car), torque, mirrored=way < 0))
@@ -215,7 +215,7 @@ def test_slack_of_both_ropes_is_a_warning_of_each() -> None:
     ]
 
 
-# --- which contact gives way at the start: the one that is beyond its limit
+# --- which contact is released at the start: the one that is beyond its limit
 
 
 def of_two(torque: Any, masses: tuple[float, float], *contacts: Any, **mechanism: float) -> Any:
@@ -233,7 +233,7 @@ def of_two(torque: Any, masses: tuple[float, float], *contacts: Any, **mechanism
 
 
 @pytest.mark.parametrize("torque", [44.0, 48.0])
-def test_a_load_at_once_gives_way_where_a_load_that_comes_quickly_does(torque: float) -> None:
+def test_a_load_at_once_releases_what_a_load_that_comes_quickly_does(torque: float) -> None:
     runs = [
         of_two(drive, (90.0, 50.0), (0.25, 0.127), (0.0636, 0.155, 0.147),
                cord_radius=0.16, inertia=0.9)
@@ -247,7 +247,7 @@ def test_a_load_at_once_gives_way_where_a_load_that_comes_quickly_does(torque: f
     assert end == pytest.approx(expected, rel=1e-4)
 
 
-def test_two_contacts_that_give_way_at_the_start_pass_the_audit() -> None:
+def test_two_contacts_that_are_released_at_the_start_pass_the_audit() -> None:
     """Either would hold if the other did; here the cord is beyond its limit, and then the shaft."""
     run = of_two(-161.676, (74.49028338371194, 191.51925754389023), (0.2974, 0.24344),
                  (0.048187, 0.26605, 0.25351), cord_radius=0.117984, inertia=0.605019)  # fmt: skip

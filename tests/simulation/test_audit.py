@@ -187,7 +187,7 @@ def test_a_breakaway_off_its_limit_is_detected(shift: float) -> None:
 @pytest.mark.parametrize("time", [0.0, 1.0], ids=["at the start", "at a jump"])
 @pytest.mark.parametrize("share", [0.9, 1.1])
 def test_a_breakaway_where_the_contact_could_hold_is_detected(time: float, share: float) -> None:
-    """A force jumps to a share of the one that lifts, and the contact gives way in any case."""
+    """A force jumps to a share of the one that lifts, and the contact breaks away in any case."""
     jump = {"time": [time, float(np.nextafter(time, 9.0))], "value": [LOAD, 1.1 * LIFTING]}
     samples = Samples(nearly_done(pulley(drive__force=jump if time else 1.1 * LIFTING)))
     assert samples.event(0) == (pytest.approx(time), STICK, FORWARD)

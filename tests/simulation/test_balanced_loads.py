@@ -97,7 +97,7 @@ def test_friction_that_acts_at_some_angle_time_or_speed_has_an_effect() -> None:
 
 
 def test_drawn_bodies_are_at_rest_if_and_only_if_nothing_is_said_to_move() -> None:
-    """Two forces of which one changes, near the limit: it may give way at any time, or never."""
+    """Two forces of which one changes, near the limit: it may break away at any time, or never."""
     rng, moved = random.Random(9), 0
     for _ in range(12):
         swing = {"mean": 30.0, "amplitude": rng.uniform(0.0, 12.0), "frequency_hz": 3.0}
@@ -115,7 +115,7 @@ def test_drawn_bodies_are_at_rest_if_and_only_if_nothing_is_said_to_move() -> No
     ("amplitude", "second", "duration", "largest"),
     [
         (1.7, (50.0, 90.0), 8.0, 1.7 * sqrt(2.0)),
-        (1.49, (5.01, 180.0), 60.0, 2.98),  # a beat, largest at 50 s, where it would give way
+        (1.49, (5.01, 180.0), 60.0, 2.98),  # a beat, largest at 50 s, where it would break away
         (1.50001, (5.01, 180.0), 60.0, None),
         (1.4, (5.01, 180.0), 6000.0, None),  # of too many extrema nothing is said
     ],

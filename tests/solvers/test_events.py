@@ -250,10 +250,10 @@ def modes_from_rest(system: Bodies, now: list[int]) -> list[int]:
     return consistent(system, 0.0, system.start, [STICK for _ in now], now)
 
 
-def test_a_contact_holds_at_its_limit_and_gives_way_beyond_it() -> None:
+def test_a_contact_holds_at_its_limit_and_is_released_beyond_it() -> None:
     assert modes_from_rest(Loaded(0.0, 0.5), [KEEPS]) == [STICK]
     assert modes_from_rest(Loaded(0.0, -0.50001), [KEEPS]) == [BACKWARD]
-    # Located at its limit, it gives way, although roundoff would let it hold.
+    # Located at its limit, it is released, although roundoff would let it hold.
     assert modes_from_rest(Loaded(0.0, 0.5), [FORWARD]) == [FORWARD]
 
 
@@ -268,10 +268,11 @@ def test_equations_without_a_solution_are_an_error() -> None:
     )
 
 
-def test_two_contacts_hold_in_turn_before_both_give_way() -> None:
-    """Of two contacts on their own coordinates, that at its limit gives way: the other holds.
+def test_two_contacts_hold_in_turn_before_both_are_released() -> None:
+    """Of two contacts on their own coordinates, that at its limit is released: the other holds.
 
-    Its acceleration is roundoff of the wrong sign; if the other gave way, it would be positive.
+    Its acceleration is roundoff of the wrong sign; if the other were released, it would be
+    positive.
     """
 
     class Two(Bodies):

@@ -29,7 +29,7 @@ CORD = {"mu_s": 0.12, "mu_k": 0.1, "wrap_deg": 180.0}
 
 
 def grips(car: float, torque: Any, mirrored: bool = False) -> Scenario:
-    """Return a lift whose cord holds where its shaft gives way, at no acceleration: mu_k = mu_s.
+    """Return a lift whose cord holds where its shaft breaks away, at no acceleration: mu_k = mu_s.
 
     Both could slip as well. The car of 33 kg or so is lighter than the counterweight.
     """

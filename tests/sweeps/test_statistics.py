@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 import frictionsim as fs
-from frictionsim.sweeps.statistics import telling
+from frictionsim.sweeps.statistics import varying_quantities
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 from tests.support.sweeps import (
     AUDIT_FAILED,
@@ -99,7 +99,7 @@ def test_true_and_false_are_no_numbers_when_they_are_run_and_when_they_are_read(
     read = key._replace(values=key.values.astype(np.int8))  # as `open_sweep` returns it
     for coordinate in (key, read):
         assert not coordinate.is_number
-        assert telling(table._replace(coordinates={"a": coordinate})) == ["f", "g"]
+        assert varying_quantities(table._replace(coordinates={"a": coordinate})) == ["f", "g"]
 
 
 def test_texts_that_differ_in_numbers_are_one_group() -> None:

@@ -66,7 +66,7 @@ FORCE_LIMIT = 0.02
 MAX_LIMIT = 0.5
 # Forces of less than this share of the tension are what corners and contacts make at random.
 MIN_FORCE = 0.05
-STANDARD_ERRORS = 4.0  # by which a mean of samples may be off
+STANDARD_ERRORS = 4.0  # by which a mean of samples may be off, and two means differ, by chance
 MIN_ROUND_TRIPS = 4.0  # of a wave along the belt in a run whose spans are judged
 
 

@@ -8,6 +8,8 @@ import numpy as np
 
 from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies
 from frictionsim.mechanisms.belt_drive.quantities import (
+    MIN_FORCE,
+    STANDARD_ERRORS,
     averaging_of,
     energy_residual,
     min_rim_speed,
@@ -31,7 +33,6 @@ if TYPE_CHECKING:
 
 MIN_SAMPLES = 10  # for a mean
 UNSTEADY = 0.01  # of the largest: what the means of the two halves of a steady part differ by
-STANDARD_ERRORS = 4.0  # by which two means may differ by chance
 FULL_SLIP_SAMPLES = 0.01  # of the run
 MOSTLY = 0.9  # of the samples in full slip: what is there in so many makes it
 GAIN_OF_WARNING = 0.01  # of the energy that the springs store at the start
@@ -162,9 +163,11 @@ def _unsteady_means(run: "BeltSamples") -> Iterator[str]:
         fastest = inf  # pulleys at rest may vibrate
     names = [f"speed of '{name}'" for name in run.names]
     tensions = [f"tension from '{start}' to '{end}'" for start, end in run.spans]
+    # A guided belt may be in compression, and its mean tension near zero.
+    tension = max(float(np.mean(np.abs(spans))), MIN_FORCE * run.pretension)
     changing = [
         *_changes(time[compared], middle, rim, fastest, names),
-        *_changes(time[compared], middle, spans[compared], float(np.mean(spans)), tensions),
+        *_changes(time[compared], middle, spans[compared], tension, tensions),
     ]
     if changing:
         change, what = max(changing)

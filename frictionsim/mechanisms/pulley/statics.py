@@ -73,8 +73,8 @@ def _limits(scenario: PulleyScenario, at_rest: bool, direction: str) -> Limits:
 def _forces_of_lift(n: LiftParameters, radius: float, ratio: float) -> Limits:
     """Return the forces P that lift and that hold.
 
-    The tension of the force's side is T1 times the smaller of the ratios at which the shaft and
-    the cord give way, or T1 over it.
+    The tension of the force's side is T1 times the smaller of the ratios at which the shaft breaks
+    away and the cord begins to slip, or T1 over it.
     """
     if radius < n.r:
         ratio = min(ratio, (n.r + radius) / (n.r - radius))
