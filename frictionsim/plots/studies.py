@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
+from frictionsim.display import BLACK, GREY, LINE_COLOURS, STICK_SHADE, VERMILION
 from frictionsim.io.cost_table import BELOW, MIN_ERROR, TARGETS, WORK, line_of
 from frictionsim.plots.over_time import FULL_SIZE_POINTS
 from frictionsim.plots.style import (
@@ -44,7 +44,6 @@ if TYPE_CHECKING:
 
 FAILED = 0.96  # of the height of a panel, at which failed runs are marked
 # Markers and line styles differ too, for grey print.
-LINE_COLOURS = (*COLOURS, WINE)
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
 WIDTH, HEIGHT, COLUMNS = 9.0, 4.9, 5  # inches, without the legend, and its columns
 

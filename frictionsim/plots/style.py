@@ -11,7 +11,15 @@ from warnings import catch_warnings, simplefilter
 from matplotlib import rc_context, rcdefaults, rcParams
 from matplotlib.figure import Figure, FigureBase
 
-from frictionsim.display import COLOURS, DASHES, labelled, overrides_of, short_names, with_unit
+from frictionsim.display import (
+    COLOURS,
+    DASHES,
+    SYMBOLS,
+    labelled,
+    overrides_of,
+    short_names,
+    with_unit,
+)
 from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.output_file import PICTURE, check_output, check_replaceable, write_file
 from frictionsim.io.terminal import visible
@@ -71,7 +79,7 @@ SCREEN = "screen"
 
 LINES = tuple((0, dashes) if dashes else "-" for dashes in DASHES)
 MAX_LINES = len(COLOURS)  # in one panel
-MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
+MARKERS = tuple(SYMBOLS)
 Look = dict[str, Any]
 """Keyword arguments of an artist."""
 LIMIT: Look = {"color": "black", "linestyle": (0, (3, 2)), "linewidth": 0.8}

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionsim.display import COLOURS, MAX_DRAWN, labelled, set_line
+from frictionsim.display import COLOURS, LINE_COLOURS, MAX_DRAWN, SYMBOLS, labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Table
 from frictionsim.io.cost_table import BELOW, MIN_ERROR, TARGETS, WORK, CostTable, line_of
 from frictionsim.io.sweep_table import DONE, RUN, STATUSES, SweepTable
@@ -184,7 +184,7 @@ def cost_page(costs: CostTable, parts: Document, source: str) -> str:
 
 # Charts.
 
-MARKS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "star", "hexagon")
+MARKS = tuple(SYMBOLS.values())
 FAILED_ABOVE = 4.0  # failed settings, as a multiple of the largest error
 MAX_QUANTITIES, MAX_KEYS = 12, 5  # panels; columns of a study of many keys
 WHY = "or the run failed, was not run, or failed its audit; the table says which."
@@ -209,7 +209,7 @@ def cost_figure(table: CostTable) -> tuple[Json, str]:
             of_line = [row for row in rows if line_of(row) == name]
             done = [row for row in of_line if not isnan(row[error])]
             failed = [row for row in of_line if row["status"] == "failed" and error == "error"]
-            colour = {"color": COLOURS[i % len(COLOURS)]}
+            colour = {"color": LINE_COLOURS[i % len(LINE_COLOURS)]}
             chart.add(
                 n,
                 "scatter",

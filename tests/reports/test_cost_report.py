@@ -43,6 +43,19 @@ def test_the_chart_holds_the_numbers_of_the_table(tmp_path: Path) -> None:
         assert drawn == lines
 
 
+def test_no_two_methods_of_a_chart_look_alike(tmp_path: Path) -> None:
+    table = tmp_path / "c.csv"
+    columns = (
+        "law,backend,setting,status,reason,error [1],wall_seconds [s],steps [1],rhs_evaluations [1]"
+    )
+    rows = [f"set-valued,m{number},a,done,,1e-3,1.0,9,9" for number in range(20)]
+    table.write_text("\n".join((columns, *rows)), encoding="utf-8")
+    page = fs.report(table, tmp_path / "a.html").read_text(encoding="utf-8")
+    traces, _ = charts_of(page)["charts"]
+    looks = {(trace["marker"]["color"], trace["marker"]["symbol"]) for trace in traces}
+    assert len(looks) == len(rows)
+
+
 def test_a_shipped_table_of_meshes_has_a_report(tmp_path: Path) -> None:
     table = ROOT / "results" / "belt_drive_cost.csv"
     rows = rows_of(table)
