@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from frictionsim.costs.study_table import recommended_lines
 from frictionsim.display import COLOURS, LINE_COLOURS, MAX_DRAWN, SYMBOLS, labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Table
 from frictionsim.io.cost_table import BELOW, MIN_ERROR, TARGETS, WORK, CostTable, line_of
@@ -155,7 +156,8 @@ def _groups(heading: str, sweep: SweepTable, *names: str) -> Html:
 def cost_page(costs: CostTable, parts: Document, source: str) -> str:
     """Return the report of a cost study as HTML, from its summary and the name of its file, if any.
 
-    The summary is a title, the references, the table of settings, and recommendations.
+    The summary is a title, the references, the table of settings, those that failed, and
+    recommendations, which are first here.
     """
     title = f"{costs.title or costs.kind}: error against run time"
     failed = sum(row["status"] == "failed" for row in costs.rows)
@@ -167,6 +169,7 @@ def cost_page(costs: CostTable, parts: Document, source: str) -> str:
         *costs.notes,
     ]
     _, *blocks = parts
+    advice = recommended_lines(costs)
     (table,) = (block for block in blocks if isinstance(block, Table))
     at = blocks.index(table)
     overrides = [row.get("overrides", "") for row in costs.rows]
@@ -175,8 +178,9 @@ def cost_page(costs: CostTable, parts: Document, source: str) -> str:
     settings = study_table(Table(headings, rows, caption, "settings"))
     figure, note = cost_figure(costs)
     sections = (
-        section("What to use", listed(map(short, blocks[at + 1 :]))),
+        section("What to use", listed(advice)),
         _chart(figure, note),
+        section("Failed settings", listed(short(b) for b in blocks[at + 1 :] if b not in advice)),
         section("Settings", *blocks[:at], settings),
     )
     return _study_page(title, (title, *lines), sections, figure)
