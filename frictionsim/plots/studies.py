@@ -25,6 +25,7 @@ from frictionsim.plots.style import (
     add_legend,
     axis_label,
     new_figure,
+    quantity_label,
     set_height,
     set_title,
     styled,
@@ -163,7 +164,7 @@ def _draw_target(
     size = 5.0 if len(x) <= FULL_SIZE_POINTS else 2.5
     upper.plot(x, target.values, **DATA, markersize=size)
     upper.plot(x[order], residuals.fitted[order], **FIT)
-    upper.set_ylabel(axis_label(target.name.replace("_", " "), residuals.unit))
+    upper.set_ylabel(quantity_label(target.name, residuals.unit))
     upper.tick_params(labelbottom=False)
     if residuals.sigma is not None:
         lower.axhspan(-residuals.sigma, residuals.sigma, color=STICK_SHADE, linewidth=0)

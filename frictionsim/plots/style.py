@@ -113,6 +113,11 @@ def axis_label(words: str, unit: str = "", width: int = LABEL_WIDTH) -> str:
     return plain(fill(words + unit, width, break_long_words=False).replace(NO_BREAK, " "))
 
 
+def quantity_label(name: str, unit: str, width: int = LABEL_WIDTH) -> str:
+    """Return the label of an axis of a channel or quantity; `slip_percent` in % is slip."""
+    return axis_label(name.removesuffix("_percent").replace("_", " "), unit, width)
+
+
 class Picture(Figure):
     """A figure without pyplot, which a notebook shows as the value of a cell."""
 
