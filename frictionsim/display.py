@@ -154,6 +154,24 @@ WINE, WHITE = "#882255", "#FFFFFF"
 COLOURS = (BLUE, VERMILION, GREEN, PURPLE, SKY, BLACK, ORANGE, GREY)
 """Of lines, in this order."""
 
+LINE_COLOURS = (*COLOURS, WINE)
+SYMBOLS = {
+    "o": "circle",
+    "s": "square",
+    "^": "triangle-up",
+    "D": "diamond",
+    "v": "triangle-down",
+    "P": "cross",
+    "*": "star",
+    "<": "triangle-left",
+    ">": "triangle-right",
+    "h": "hexagon",
+}
+"""Of methods in a study of costs: colours and markers, each with its name in a chart.
+
+Their numbers have no common divisor, so that no two of the first 90 methods look alike.
+"""
+
 FORCE_COLOURS = (BLUE, GREEN, PURPLE, SKY)
 """Of applied forces and couples; the others are those of reaction and weight."""
 
@@ -162,7 +180,7 @@ MAX_MARKS = 60
 
 COLOURS_ON_DARK = (
     *(SKY, ORANGE, GREEN, PURPLE),
-    *("#F0E442", "#FFFFFF", VERMILION, "#AAAAAA"),
+    *("#F0E442", "#FFFFFF", VERMILION, "#AAAAAA", "#A58BFF"),
 )
 DASHES: tuple[tuple[float, ...], ...] = (
     *((), (6.0, 2.0), (6.0, 2.0, 1.0, 2.0), (2.0, 1.5)),
@@ -288,12 +306,12 @@ def page_style() -> str:
     )
     lines = "\n".join(
         f'.plotly [style*="{what}: {_rgb(one)}"] {{ {what}: {other} !important; }}'
-        for one, other in zip(COLOURS, COLOURS_ON_DARK, strict=True)
+        for one, other in zip(LINE_COLOURS, COLOURS_ON_DARK, strict=True)
         for what in ("stroke", "fill")
     )
     lines += "".join(
         f'\n.dot[style*="{one}"] {{ background: {other} !important; }}'
-        for one, other in zip(COLOURS, COLOURS_ON_DARK, strict=True)
+        for one, other in zip(LINE_COLOURS, COLOURS_ON_DARK, strict=True)
     )
     return (
         f":root {{ color-scheme: light dark; {light} }}\n{looks}\n"

@@ -58,8 +58,8 @@ from frictionsim.simulation.monitor import (
 from frictionsim.sweeps.design import SAMPLE, Design, design_of
 from frictionsim.sweeps.outcomes import completed, header_of
 from frictionsim.sweeps.runs import Work, check_combinations, remaining_runs, run_blocks
-from frictionsim.sweeps.study_file import SweepOptions as SweepOptions
 from frictionsim.sweeps.study_file import (
+    SweepOptions,
     SweepStudy,
     check_not_fixed,
     is_study,
@@ -154,9 +154,9 @@ def sweep(
     SolverError
         If a worker was killed; with an output, what is done is kept for `resume_sweep`.
     """
-    options = SweepOptions.among(locals())
+    given = {name: value for name, value in locals().items() if name in SweepOptions.model_fields}
     workers = _checked_workers(workers, dask, no_clobber, progress)
-    study = study_from(scenario, overrides, options)
+    study = study_from(scenario, overrides, given)
     varied, text, path = study.options, study_toml(study), None
     if output is not None:
         path = as_path("output", output)
@@ -270,18 +270,19 @@ def _shown(progress: OnProgress) -> AbstractContextManager[Monitor[SweepProgress
 def study_from(
     scenario: Scenario | ScenarioSource | SweepStudy,
     overrides: "Overrides | None",
-    options: SweepOptions,
+    given: Mapping[str, Any],
 ) -> SweepStudy:
-    """Return the study given by the arguments of `sweep`."""
+    """Return the study given by the arguments of `sweep`, of which `given` are its options."""
     if isinstance(scenario, SweepStudy):
         return scenario
     written = _written_study(scenario)
     if written is not None:
-        for name in [*(["set"] if overrides else []), *options.given_names]:
-            raise ArgumentError(
-                name, "the study file already defines the varied keys; change it there"
-            )
+        # Before they are checked: an option may be wrong only beside those that are in the file.
+        on = [name for name, value in given.items() if value is not None and value is not False]
+        for name in [*(["set"] if overrides else []), *on]:
+            raise ArgumentError(name, "the study file already defines the sweep; change it there")
         return written
+    options = SweepOptions.of(**given)
     loaded = with_overrides(scenario, overrides)
     check_not_fixed(_keys(overrides), options.vary)
     return SweepStudy(loaded, options, Path(loaded.origin.source).parent)

@@ -223,15 +223,14 @@ def sweep(
     --keep-series      Write the result of each run to the folder FILE.series.
     --no-clobber --json --quiet --verbose
     """
-    from frictionsim.api.sweeping import SweepOptions, study_from
+    from frictionsim.api.sweeping import study_from
     from frictionsim.io.output_file import SWEEP
     from frictionsim.sweeps.sweep_csv import files_of_sweep_in_csv
 
-    checked = SweepOptions.of(**options)
     if output == Path(STDIN):
         raise InputError("-o -: a sweep is written as HDF5, not printed; give a file name")
     source = load_scenario(scenario, overrides) if scenario == STDIN else scenario
-    study = study_from(source, overrides, checked)
+    study = study_from(source, overrides, options)
     log_on_stderr(verbose)
     given: dict[str, Any] = {"no_clobber": no_clobber, "workers": workers, "dask": dask}
     with _target(output, scenario) as target:

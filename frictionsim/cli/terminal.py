@@ -156,6 +156,9 @@ def exit_message(error: BaseException) -> tuple[str, int]:
         return str(error), error.exit_code
     if isinstance(error, typer.TyperException):
         return _usage(error), EXIT_BAD_INPUT
+    if isinstance(error, Stopped):
+        number = signal.Signals(error.number)
+        return f"interrupted by {number.name}; no file was written", EXIT_SIGNAL + number
     if isinstance(error, KeyboardInterrupt | typer.Abort):
         return "", EXIT_SIGNAL + signal.SIGINT
     if isinstance(error, SystemExit) and not _plugin_of(error)[0]:
@@ -260,6 +263,31 @@ class CommandSignals(StopSignals):
         super()._on_signal(number, frame)
 
 
+class Stopped(BaseException):
+    """Ends a command that keeps nothing of what it did; no library takes it for an error."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+class StoppingSignals(CommandSignals):
+    """Ends a command that keeps nothing at a signal, where a run does not handle it."""
+
+    def replaces(self, handler: Any) -> bool:
+        return handler is signal.SIG_DFL
+
+    def __call__(self, progress: Any = None, /) -> None:
+        """Handle signals from now on."""
+        self.handle({number: signal.getsignal(number) for number in STOP_SIGNALS})
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        is_first = not self.received
+        super()._on_signal(number, frame)
+        if is_first:
+            raise Stopped(number)
+
+
 class CommandMonitor(Monitors[Any]):
     """Watches a command: stop signals, compilations, and with `shown` progress on a terminal.
 
@@ -292,20 +320,27 @@ class CommandMonitor(Monitors[Any]):
 
 
 class StatusLine:
-    """Shows a text in one line of a terminal, after some seconds another; erased at the end."""
+    """Shows a text in one line of a terminal, after some seconds another; erased at the end.
+
+    From the first text on, signals end the command by `Stopped` where nothing else handles them.
+    """
 
     def __init__(self, seconds_between: float = 0.0) -> None:
-        self._pause = seconds_between
+        self._pause, self._signals = seconds_between, StoppingSignals()
 
     def __enter__(self) -> Self:
         self._is_shown, self._last = is_terminal(sys.stderr), 0.0
         return self
 
     def __call__(self, text: str) -> None:
+        self._signals()
         if self._is_shown and monotonic() - self._last >= self._pause:
             self._last = monotonic()
             write_on_stderr(f"{CLEAR_LINE}{visible(text)}")
 
     def __exit__(self, *_: object) -> None:
+        self._signals.restore()
         if self._is_shown:
             write_on_stderr(CLEAR_LINE)
+        if self._signals.received:  # also if it was lost, or ended a program that was needed
+            raise Stopped(self._signals.received)

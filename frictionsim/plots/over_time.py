@@ -58,6 +58,8 @@ POINTS: Look = {"color": BLACK, "linestyle": "", "markerfacecolor": "none"}
 FULL_SIZE_POINTS = 60  # more are drawn smaller
 ROW = 0.07  # of the height of a panel, of a row of marks above it, for each of several results
 
+LIMIT_DASHES = ((3.0, 2.0), (1.0, 1.0), (6.0, 2.0, 1.0, 2.0), (10.0, 3.0))  # of limits, in turn
+
 
 def event_look(words: str) -> Look:
     """Return the look of the lines of an event, which has the same one in each picture."""
@@ -110,6 +112,7 @@ def over_time(
     marks = _mark_several(axes[0], shown) if several else {}
     titles = [f"{i}: {name}" if marks else name for i, name in enumerate(names, 1)]
     known: dict[str, int] = {}  # by words the number of a look, which is the same in all panels
+    limiting: dict[str, int] = {}  # the same of limits
     for ax, (label, channels) in zip(axes, panels.items(), strict=True):
         ax.set_ylabel(axis_label(label, one.units[next(iter(channels))]))
         ax.grid(visible=True)
@@ -122,7 +125,8 @@ def over_time(
                 if words:
                     handles.setdefault(words, line)
         for words, limit in (limits or {}).get(label, {}).items():
-            look = LIMIT | {"linestyle": (0, (3, 2) if "hold" not in words else (1, 1))}
+            number = limiting.setdefault(words, len(limiting)) % len(LIMIT_DASHES)
+            look = LIMIT | {"linestyle": (0, LIMIT_DASHES[number])}
             is_line = isinstance(limit, tuple)
             handles[words] = ax.plot(*limit, **look)[0] if is_line else ax.axhline(limit, **look)
         handles |= _draw_points(ax, measured, channels)

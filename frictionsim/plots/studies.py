@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from frictionsim.display import BLACK, COLOURS, GREY, STICK_SHADE, VERMILION, WINE
+from frictionsim.display import BLACK, GREY, LINE_COLOURS, STICK_SHADE, VERMILION
 from frictionsim.io.cost_table import BELOW, MIN_ERROR, TARGETS, WORK, line_of
 from frictionsim.plots.over_time import FULL_SIZE_POINTS
 from frictionsim.plots.style import (
@@ -25,6 +25,7 @@ from frictionsim.plots.style import (
     add_legend,
     axis_label,
     new_figure,
+    quantity_label,
     set_height,
     set_title,
     styled,
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
 
 FAILED = 0.96  # of the height of a panel, at which failed runs are marked
 # Markers and line styles differ too, for grey print.
-LINE_COLOURS = (*COLOURS, WINE)
 LINES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (5, 1)), (0, (3, 1, 1, 1)), (0, (1, 1)))
 WIDTH, HEIGHT, COLUMNS = 9.0, 4.9, 5  # inches, without the legend, and its columns
 
@@ -164,7 +164,7 @@ def _draw_target(
     size = 5.0 if len(x) <= FULL_SIZE_POINTS else 2.5
     upper.plot(x, target.values, **DATA, markersize=size)
     upper.plot(x[order], residuals.fitted[order], **FIT)
-    upper.set_ylabel(axis_label(target.name.replace("_", " "), residuals.unit))
+    upper.set_ylabel(quantity_label(target.name, residuals.unit))
     upper.tick_params(labelbottom=False)
     if residuals.sigma is not None:
         lower.axhspan(-residuals.sigma, residuals.sigma, color=STICK_SHADE, linewidth=0)

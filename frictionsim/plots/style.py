@@ -11,7 +11,15 @@ from warnings import catch_warnings, simplefilter
 from matplotlib import rc_context, rcdefaults, rcParams
 from matplotlib.figure import Figure, FigureBase
 
-from frictionsim.display import COLOURS, DASHES, labelled, overrides_of, short_names, with_unit
+from frictionsim.display import (
+    COLOURS,
+    DASHES,
+    SYMBOLS,
+    labelled,
+    overrides_of,
+    short_names,
+    with_unit,
+)
 from frictionsim.errors import ArgumentError, InputError, OutputError
 from frictionsim.io.output_file import PICTURE, check_output, check_replaceable, write_file
 from frictionsim.io.terminal import visible
@@ -71,7 +79,7 @@ SCREEN = "screen"
 
 LINES = tuple((0, dashes) if dashes else "-" for dashes in DASHES)
 MAX_LINES = len(COLOURS)  # in one panel
-MARKERS = ("o", "s", "^", "D", "v", "P", "*", "<", ">", "h")
+MARKERS = tuple(SYMBOLS)
 Look = dict[str, Any]
 """Keyword arguments of an artist."""
 LIMIT: Look = {"color": "black", "linestyle": (0, (3, 2)), "linewidth": 0.8}
@@ -103,6 +111,11 @@ def axis_label(words: str, unit: str = "", width: int = LABEL_WIDTH) -> str:
     """Return the label of an axis: a quantity and its unit, such as "force, N", in short lines."""
     unit = labelled("", unit).replace(" ", NO_BREAK)  # stays with the last word
     return plain(fill(words + unit, width, break_long_words=False).replace(NO_BREAK, " "))
+
+
+def quantity_label(name: str, unit: str, width: int = LABEL_WIDTH) -> str:
+    """Return the label of an axis of a channel or quantity; `slip_percent` in % is slip."""
+    return axis_label(name.removesuffix("_percent").replace("_", " "), unit, width)
 
 
 class Picture(Figure):

@@ -53,6 +53,7 @@ from frictionsim.plots.style import (
     line_look,
     new_figure,
     plain,
+    quantity_label,
     set_height,
     set_title,
     short_overrides,
@@ -497,7 +498,7 @@ def _draw_sample(
 def _draw_histogram(ax: Any, table: SweepTable, name: str, values: "Array") -> None:
     """Draw how often a quantity has which values, with its mean and quantiles."""
     unit, s = table.units[name], statistics_of(values)
-    ax.set_xlabel(axis_label(name.replace("_", " "), unit, 60), fontsize="small")
+    ax.set_xlabel(quantity_label(name, unit, 60), fontsize="small")
     ax.set_ylabel("runs", fontsize="small")
     if not s.runs:
         _write(ax, "not defined in any run")
@@ -561,7 +562,7 @@ def _write(ax: Any, text: str) -> None:
 
 def label_of(table: SweepTable, name: str) -> str:
     """Return the label of a quantity with its unit."""
-    return axis_label(name.replace("_", " "), table.units[name], MAX_WORD)
+    return quantity_label(name, table.units[name], MAX_WORD)
 
 
 def _places(figure: "Figure | SubFigure", count: int, row: float, sharey: bool) -> list[Any]:

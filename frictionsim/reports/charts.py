@@ -276,6 +276,7 @@ LOOK: Json = {
     "plot_bgcolor": "rgba(0,0,0,0)",
     "separators": ".",  # none of thousands
     "font": {"family": "system-ui, sans-serif", "size": 12},
+    "modebar": {"color": AXIS, "activecolor": CURSOR},
 }
 
 

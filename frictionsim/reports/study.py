@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from frictionsim.display import COLOURS, MAX_DRAWN, labelled, set_line
+from frictionsim.costs.study_table import recommended_lines
+from frictionsim.display import COLOURS, LINE_COLOURS, MAX_DRAWN, SYMBOLS, labelled, set_line
 from frictionsim.document import Block, Cell, Document, Number, Table
 from frictionsim.io.cost_table import BELOW, MIN_ERROR, TARGETS, WORK, CostTable, line_of
 from frictionsim.io.sweep_table import DONE, RUN, STATUSES, SweepTable
@@ -155,7 +156,8 @@ def _groups(heading: str, sweep: SweepTable, *names: str) -> Html:
 def cost_page(costs: CostTable, parts: Document, source: str) -> str:
     """Return the report of a cost study as HTML, from its summary and the name of its file, if any.
 
-    The summary is a title, the references, the table of settings, and recommendations.
+    The summary is a title, the references, the table of settings, those that failed, and
+    recommendations, which are first here.
     """
     title = f"{costs.title or costs.kind}: error against run time"
     failed = sum(row["status"] == "failed" for row in costs.rows)
@@ -167,6 +169,7 @@ def cost_page(costs: CostTable, parts: Document, source: str) -> str:
         *costs.notes,
     ]
     _, *blocks = parts
+    advice = recommended_lines(costs)
     (table,) = (block for block in blocks if isinstance(block, Table))
     at = blocks.index(table)
     overrides = [row.get("overrides", "") for row in costs.rows]
@@ -175,8 +178,9 @@ def cost_page(costs: CostTable, parts: Document, source: str) -> str:
     settings = study_table(Table(headings, rows, caption, "settings"))
     figure, note = cost_figure(costs)
     sections = (
-        section("What to use", listed(map(short, blocks[at + 1 :]))),
+        section("What to use", listed(advice)),
         _chart(figure, note),
+        section("Failed settings", listed(short(b) for b in blocks[at + 1 :] if b not in advice)),
         section("Settings", *blocks[:at], settings),
     )
     return _study_page(title, (title, *lines), sections, figure)
@@ -184,7 +188,7 @@ def cost_page(costs: CostTable, parts: Document, source: str) -> str:
 
 # Charts.
 
-MARKS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "star", "hexagon")
+MARKS = tuple(SYMBOLS.values())
 FAILED_ABOVE = 4.0  # failed settings, as a multiple of the largest error
 MAX_QUANTITIES, MAX_KEYS = 12, 5  # panels; columns of a study of many keys
 WHY = "or the run failed, was not run, or failed its audit; the table says which."
@@ -209,7 +213,7 @@ def cost_figure(table: CostTable) -> tuple[Json, str]:
             of_line = [row for row in rows if line_of(row) == name]
             done = [row for row in of_line if not isnan(row[error])]
             failed = [row for row in of_line if row["status"] == "failed" and error == "error"]
-            colour = {"color": COLOURS[i % len(COLOURS)]}
+            colour = {"color": LINE_COLOURS[i % len(LINE_COLOURS)]}
             chart.add(
                 n,
                 "scatter",

@@ -193,8 +193,11 @@ def _reason(mechanism: "Mechanism", times: list[float]) -> str:
             f"a torque of {max(hidden)[0]:.4g} N m is above the static limit, but not by more than"
             f" the rounding of the forces, {max(roundoff):.2g} N m; give smaller forces"
         )
-    ratio = _largest_ratio(system, sorted(times))
-    return f"the largest torque is {100.0 * ratio:.10g} % of the static limit"
+    percent = 100.0 * _largest_ratio(system, sorted(times))
+    shown = f"{percent:.6g}"
+    if shown == "100":  # how near it is, if it is not there
+        shown = f"{percent:.10g}"
+    return f"the largest torque is {shown} % of the static limit"
 
 
 def _largest_ratio(system: OneCoordinate, times: list[float]) -> float:

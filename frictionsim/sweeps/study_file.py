@@ -70,15 +70,6 @@ class SweepOptions(Options):
     keep_series: bool = Field(False, description="Keep the result of each run.")
 
     @property
-    def given_names(self) -> list[str]:
-        """The given options, and the switches that are on."""
-        return [
-            name
-            for name in type(self).model_fields
-            if name in self.model_fields_set and getattr(self, name) is not False
-        ]
-
-    @property
     def sampled_runs(self) -> int:
         """The number of runs of a sample, with the combinations for Sobol indices."""
         return (self.sample or 0) * (len(self.vary) + 2 if self.indices else 1)
@@ -86,7 +77,7 @@ class SweepOptions(Options):
     @model_validator(mode="after")
     def _need_a_sample(self) -> Self:
         for name in SAMPLE_OPTIONS if self.sample is None else ():
-            if name in self.given_names:
+            if name in self.model_fields_set and getattr(self, name) is not False:
                 fault = "it applies to a sample; give the number of its runs as 'sample'"
                 raise inconsistent((name,), fault)
         return self

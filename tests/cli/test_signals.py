@@ -120,6 +120,25 @@ CHECKPOINTS = ["--set", "output.checkpoint=0.05", "--set", "output.interval=1e-4
 CHECKPOINTS += ["--set", 'output.channels=["angle"]']
 
 
+def test_what_keeps_nothing_says_so(tmp_path: Path) -> None:
+    """Of fits and animations, and of costs before the first run; here of a fit."""
+    program = (
+        "import os, signal, sys, frictionsim, frictionsim.__main__ as program\n"
+        "def fit(*_, progress, **options):\n"
+        "    progress(1)\n"
+        "    try:\n"
+        f"        {sent(signal.SIGINT, 2)}\n"  # as by `timeout` and shells
+        "    finally:\n"
+        "        raise OSError('ffmpeg has ended')\n"
+        "frictionsim.fit = fit\n"
+        f"sys.argv = ['frictionsim', 'fit', {PULLEY!r}]\n"
+        "program.main()"
+    )
+    done = python("-c", program, cwd=tmp_path)
+    said = "frictionsim: interrupted by SIGINT; no file was written\n"
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", said)
+
+
 def test_a_second_signal_exits_at_once(tmp_path: Path) -> None:
     """Where the first is not heard for a while, as on a slow disk."""
     arguments = ["solve", PULLEY, "-o", "a.h5", *CHECKPOINTS]

@@ -79,6 +79,9 @@ def test_a_pulley_is_drawn_with_its_static_limits() -> None:
     words = words_of(figure)
     for expected in ("2708 N", "1827 N", "limit of static friction"):
         assert expected in words
+    (legend,) = figure.legends
+    black = [line for line in legend.get_lines() if line.get_color() == "black"]
+    assert len({str(line._unscaled_dash_pattern) for line in black}) == len(black) == 3
     labels = [" ".join(ax.get_ylabel().split()) for ax in figure.axes]
     assert labels == ["drive force, N", "friction torque, N m", "angular velocity, rad/s",
                       "angle, rad"]  # fmt: skip

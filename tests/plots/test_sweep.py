@@ -200,7 +200,7 @@ def test_neither_inputs_nor_the_same_numbers_twice_are_drawn_and_slip_is_first()
     table = grid_of({"x": FIVE}, functions)
     table.units.update(dict.fromkeys(functions, table.coordinates["x"].unit))
     labels = [ax.get_ylabel().partition(",")[0] for ax in draw_sweep(table).axes]
-    assert labels == ["slip percent", "efficiency", "tight"]
+    assert labels == ["slip", "efficiency", "tight"]
     assert len(draw_sweep(table, ["load"]).axes) == 1  # what is asked for is drawn
 
 

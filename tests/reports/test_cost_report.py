@@ -7,6 +7,10 @@ import frictionsim as fs
 from tests.support.html_elements import charts_of
 from tests.support.scenarios import ROOT, pulley
 
+COLUMNS = (
+    "law,backend,setting,status,reason,error [1],wall_seconds [s],steps [1],rhs_evaluations [1]"
+)
+
 
 def rows_of(file: Path) -> list[dict[str, str]]:
     """Return the rows of a table by their columns, read by others' readers."""
@@ -41,6 +45,26 @@ def test_the_chart_holds_the_numbers_of_the_table(tmp_path: Path) -> None:
             if trace["xaxis"] == axis
         }
         assert drawn == lines
+
+
+def test_no_two_methods_of_a_chart_look_alike(tmp_path: Path) -> None:
+    table = tmp_path / "c.csv"
+    rows = [f"set-valued,m{number},a,done,,1e-3,1.0,9,9" for number in range(20)]
+    table.write_text("\n".join((COLUMNS, *rows)), encoding="utf-8")
+    page = fs.report(table, tmp_path / "a.html").read_text(encoding="utf-8")
+    traces, _ = charts_of(page)["charts"]
+    looks = {(trace["marker"]["color"], trace["marker"]["symbol"]) for trace in traces}
+    assert len(looks) == len(rows)
+
+
+def test_recommendations_are_apart_from_failed_settings(tmp_path: Path) -> None:
+    table = tmp_path / "c.csv"
+    rows = ("x,m,a,failed,too stiff,,1.0,9,9", "x,m,b,done,,1e-9,1.0,9,9")
+    table.write_text("\n".join((COLUMNS, *rows)), encoding="utf-8")
+    page = fs.report(table, tmp_path / "a.html").read_text(encoding="utf-8")
+    places = [page.index(f">{h}</h2>") for h in ("What to use", "Failed settings", "Settings")]
+    assert places == sorted(places)
+    assert places[0] < page.index("<li>for ") < places[1] < page.index("<li>x, m, a: too stiff")
 
 
 def test_a_shipped_table_of_meshes_has_a_report(tmp_path: Path) -> None:

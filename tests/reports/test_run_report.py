@@ -33,6 +33,8 @@ ARROWS = """() => ["m0", "m1"].map((name) => {
   return Math.max(box.width, box.height); })"""
 BUTTONS = """() => [...document.querySelectorAll(".modebar-btn")].map((one) =>
   one.getAttribute("data-title") ?? one.title ?? "")"""
+BELOW_LEGEND = """() => { const [bar, legend] = [".modebar", ".legend"].map((one) =>
+  document.querySelector(one).getBoundingClientRect()); return bar.top > legend.bottom; }"""
 RANGES = "[...document.querySelectorAll('.js-plotly-plot')].map((one) => one.layout.xaxis.range)"
 # Elements that scroll by themselves, or are wider than the page.
 SCROLLED = """() => [...document.querySelectorAll("body *:not(svg, svg *)")].filter((one) =>
@@ -66,6 +68,7 @@ def test_a_report_plays_seeks_marks_events_zooms_fits_its_window_and_prints(
         assert numbers
         assert not any("," in number for number in numbers)  # as in tables
         assert page.locator(".modebar--hover").count() == page.locator(".modebar").count() > 0
+        assert page.evaluate(BELOW_LEGEND)
         page.click("#play")
         wait_until(page, f"frictionsim.time > {float(record.channels['time'][2])!r}")
         page.keyboard.press("Space")  # the button has the focus: this is a click on it
