@@ -217,7 +217,7 @@ def test_the_ratio_to_the_static_limit_includes_peaks_between_samples() -> None:
     record = simulate(pulley(drive__force=force, output__interval=1.0, output__at_events=False))
     (warning,) = warnings_with(record, "nothing moves")
     ratio = 100.0 * (2450.0 + 257.7 - LOAD) * CORD_RADIUS / (R_S * (2450.0 + 257.7 + LOAD))
-    assert number_after(warning, "torque is ") == pytest.approx(ratio, rel=1e-9)
+    assert number_after(warning, "torque is ") == pytest.approx(ratio, rel=5e-6)  # six digits
 
 
 # --- the marble machine and the gear --------------------------------------------------------------
@@ -278,7 +278,9 @@ def test_warns_if_a_machine_does_not_move() -> None:
     (warning,) = warnings_with(record, "nothing moves")
     radius = 0.003 * 0.5 / (1.0 + 0.25) ** 0.5
     held = np.abs(record.channels["friction_torque"]) / (radius * record.channels["shaft_reaction"])
-    assert number_after(warning, "torque is ") == pytest.approx(100.0 * held.max(), rel=1e-9)
+    assert number_after(warning, "torque is ") == pytest.approx(
+        100.0 * held.max(), rel=5e-6
+    )  # six digits
     assert not warnings_with(record, "stands still")
 
 
