@@ -149,6 +149,16 @@ def test_a_scenario_of_another_version_is_refused_in_a_sentence() -> None:
         of(data, drawn_motion(0))
 
 
+@pytest.mark.parametrize("has_friction", [True, False])
+def test_forces_are_not_drawn_without_the_friction_of_a_dry_shaft(has_friction: bool) -> None:
+    data, channels = drawn_shaft(0), drawn_motion(0)
+    channels = {name: v for name, v in channels.items() if name != "friction_torque"}
+    if not has_friction:
+        effects = {name: v for name, v in data["effects"].items() if name != "shaft_friction"}
+        data = data | {"effects": effects}
+    assert bool(arrows(of(data, channels))) is not has_friction
+
+
 @pytest.mark.parametrize(
     ("low", "high", "count"), [(-10.0, 60.0, 2), (None, 60.0, 1), (-300.0, 300.0, 0)]
 )
