@@ -207,7 +207,7 @@ class Result(ResultBase):
     @property
     def effects(self) -> tuple[str, ...]:
         """The effects that were simulated."""
-        return tuple(self.record.attributes["effects"].split())
+        return tuple(self.record.attributes.get("effects", "").split())
 
     @property
     def quantities(self) -> NamedQuantities:

@@ -390,6 +390,8 @@ def _check(record: Record, channels: dict[str, Any]) -> None:
         axis = record.axes[name]
         if dataset.id.shape != ((len(time), len(record.members[axis])) if axis else (len(time),)):
             raise ValueError(f"{name} is not a channel over time")
+    if not NO_EVENTS.keys() <= events.keys():
+        raise ValueError("its events lack times, contacts or modes")
     if not np.all(np.diff(time) > 0.0) or len({len(values) for values in events.values()}) > 1:
         raise ValueError("the samples are not over time")
     if len(events["contact"]) and not np.all(events["contact"] < len(record.contacts)):

@@ -159,6 +159,26 @@ def test_a_result_of_another_structure_is_read_or_refused(
     assert_answered(capsys, reader[0], "a.h5", *reader[1:])
 
 
+def test_a_result_without_any_one_of_its_members_is_read_or_refused(
+    results: list[bytes], here: Path
+) -> None:
+    path, names = here / "a.h5", list[str]()
+    path.write_bytes(results[0])
+    with h5py.File(path) as file:
+        file.visit(names.append)
+        names += [f"@{name}" for name in file.attrs]
+    for name in names:
+        path.write_bytes(results[0][:-TRAILER])
+        with h5py.File(path, "r+") as file:
+            group, key = (file.attrs, name[1:]) if name.startswith("@") else (file, name)
+            del group[key]
+        path.write_bytes(sealed(path.read_bytes(), results[0]))
+        with suppress(fs.InputError):
+            result = fs.open(path)
+            assert result.summary()
+            assert result.dataset.sizes["time"]
+
+
 @examples(3)
 @given(
     changes=st.lists(
