@@ -213,6 +213,8 @@ def test_slack_of_both_ropes_is_a_warning_of_each() -> None:
         f"the car rope goes slack 3 times, first at {first[0][0]:.6g} s",
         f"the counterweight rope goes slack 2 times, first at {first[1][0]:.6g} s",
     ]
+    sides = {0: "none", 1: "car", 2: "counterweight", 3: "both"}
+    assert dict(result.flags["slack"]) == sides
 
 
 # --- which contact is released at the start: the one that is beyond its limit
