@@ -312,7 +312,7 @@ SIGNALS = {
     "points": {"time": [0.1, 0.2, 0.5], "value": [1.0, -2.0, 4.0]},
     "one point": {"time": [0.1], "value": [1.5]},
     "smooth step": {"smooth_step": {"from": 1.0, "to": -3.0, "start": 0.2, "stop": 0.4}},
-    "sine": {"sine": {"mean": 1.0, "amplitude": 2.0, "frequency_hz": 3.0, "phase_deg": 40.0}},
+    "sine": {"sine": {"mean": 1.0, "amplitude": 1.0, "frequency_hz": 3.0, "phase_deg": 40.0}},
 }
 
 
