@@ -71,6 +71,8 @@ def test_a_report_has_title_status_summary_audit_scenario_origin_and_then_warnin
     assert body.count("<caption>") == body.count("<table>")
     assert "breakaway shaft stick slip +" in text
     assert "weight of the load 2224 N" in text  # four digits
+    assert '<th scope="row">travel of the load</th>' in html  # beside the drawing
+    assert "<thead><tr><td></td><td></td>" not in html  # names of several runs
     html = html_of(pulley, warnings="first warning\nsecond warning")
     assert html.index("first warning") < html.index("second warning") < html.index('id="charts"')
 
