@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import Phase, settings
 
 from tests.faults.started_python import read_for_a_digest
 
@@ -74,6 +75,12 @@ if "FAULTS_USED" in os.environ:
     sys.addaudithook(_look)
     threading.setprofile(_profile)
     _profile()
+
+
+def pytest_sessionstart() -> None:
+    """Have Hypothesis end a test at its first failing example: no smaller one is wanted."""
+    settings.register_profile("first", settings.default, phases=(Phase.explicit, Phase.generate))
+    settings.load_profile("first")
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
