@@ -92,6 +92,9 @@ def pytest_unconfigure(config: pytest.Config) -> None:
         for entry in profile.getstats():
             if not isinstance(entry.code, str) and entry.code.co_filename.startswith(PACKAGE):
                 ran[entry.code.co_filename].add(entry.code.co_firstlineno)
+    imported = {getattr(module, "__file__", None) or "" for module in list(sys.modules.values())}
+    if {name for name in imported if name.startswith(PACKAGE)} - set(ran):
+        started.add("unseen")  # a profile is lost now and then
     elsewhere = Path(os.environ["FAULTS_STARTED"])
     names = elsewhere.read_text().splitlines() if elsewhere.exists() else []
     used = {

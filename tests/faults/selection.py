@@ -2,39 +2,46 @@
 
 Each file of tests is run once without faults in a process of its own, so that nothing is hidden
 there by what another file has left in a cache. It can notice a fault if the changed function was
-entered there. Where no profiler of Python looks, more are taken: of a function that may be compiled
-and of what is outside of functions, the files that import its module, as do those that fork; of any
-fault, those that read the changed file as a text, those that start a process which imports it, and
-those that start one which does not tell.
+entered there. Where no profiler of Python looks, more are taken: of a function that goes into
+kernels, the files that enter any of belts but by imports; of what is outside of functions, the
+files that import its module, as do those that fork; of any fault, those that read the changed file
+as a text, those that start a process which imports it, and those that start one which does not
+tell.
 """
 
 import ast
-import re
 from pathlib import Path
 from typing import Any
 
+from frictionsim.mechanisms.belt_drive.compilation import SOURCES
 from tests.faults.table import Fault
 
 Used = dict[str, Any]  # what one file of tests used, as `plugin` writes it
-# Modules of which code is compiled, by their paths and by what they mark it with.
-COMPILED = re.compile(r"^frictionsim/mechanisms/belt_drive/")
-MARKS = re.compile(r"\b(n?jit|\w*_kernel)\b")
+BELTS = "frictionsim/mechanisms/belt_drive/"  # whose functions alone call kernels
+COMPILED = {f"frictionsim/{source}" for source in SOURCES}
 
 
 def can_notice(fault: Fault, used: dict[str, Used], root: Path) -> list[str]:
     """Return the files of tests that can notice a fault."""
-    text = (root / fault.file).read_text(encoding="utf-8")
-    lines = _changed_function(fault, text)
-    if COMPILED.match(fault.file) or MARKS.search(text):
-        lines = None
+    lines = _changed_function(fault, (root / fault.file).read_text(encoding="utf-8"))
+    compiled = lines is not None and fault.file in COMPILED
+    of_belts = [ran for use in used.values() if (ran := _of_belts(use))]
+    imported = set[tuple[str, int]].intersection(*of_belts) if of_belts else set()
 
     def can(use: Used) -> bool:
         ran = use["ran"].get(fault.file, [])
         told = lines and "fork" not in use["started"]
         entered = any(line in lines for line in ran) if told else bool(ran)
-        return entered or "unseen" in use["started"] or fault.file in use["read"]
+        called = compiled and _of_belts(use) > imported
+        return entered or called or "unseen" in use["started"] or fault.file in use["read"]
 
     return [name for name, use in used.items() if can(use)]
+
+
+def _of_belts(use: Used) -> set[tuple[str, int]]:
+    """Return the functions of belts that ran, by files and first lines."""
+    ran = {(name, line) for name, lines in use["ran"].items() for line in lines}
+    return {one for one in ran if one[0].startswith(BELTS)}
 
 
 def _changed_function(fault: Fault, text: str) -> range | None:

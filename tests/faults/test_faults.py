@@ -44,7 +44,13 @@ ALL = ["imports", "outer", "inner", "forks", "reads", "unseen"]
         ("frictionsim/io/a.py", "return 2", ["outer", "inner", "forks", "reads", "unseen"]),
         ("frictionsim/io/a.py", "return 3", ["forks", "reads", "unseen"]),
         ("frictionsim/io/a.py", "a=1", ALL),
-        ("frictionsim/mechanisms/belt_drive/a.py", "return 3", ALL),
+        ("frictionsim/mechanisms/belt_drive/a.py", "return 3", ["forks", "reads", "unseen"]),
+        (
+            "frictionsim/mechanisms/belt_drive/moreau.py",
+            "return 3",
+            ["outer", "inner", "forks", "reads", "unseen"],
+        ),
+        ("frictionsim/mechanisms/belt_drive/moreau.py", "a=1", ALL),
         ("frictionsim/io/page.js", "return 3", ALL),
     ],
 )
