@@ -314,6 +314,7 @@ def faults_of_the_linter(*paths: Path) -> str:
     return done.stderr if done.returncode else ""
 
 
+@pytest.mark.dev
 @pytest.mark.skipif(not TAPLO.exists(), reason="taplo is not installed beside this Python")
 @pytest.mark.parametrize("name", [*KINDS, "swing_door", "hard/jump_from_csv"])
 def test_editors_take_a_new_scenario_and_find_what_is_wrong_in_it(name: str, told: Run) -> None:

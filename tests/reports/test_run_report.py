@@ -54,6 +54,7 @@ def made(request: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[fs.Res
     return result, fs.report(result, path)
 
 
+@pytest.mark.dev
 def test_a_report_plays_seeks_marks_events_zooms_fits_its_window_and_prints(
     browser: Any, made: tuple[fs.Result, Path]
 ) -> None:
@@ -129,6 +130,7 @@ def test_a_report_plays_seeks_marks_events_zooms_fits_its_window_and_prints(
         assert page.locator("#clock").is_hidden()
 
 
+@pytest.mark.dev
 def test_a_comparison_has_both_drawings_on_one_clock(browser: Any, tmp_path: Path) -> None:
     data = shipped("pulley", solver__rtol=1e-6)
     two = [fs.solve(data), fs.solve(data, {"mechanism.load": 2300.0})]
@@ -152,6 +154,7 @@ def test_a_comparison_has_both_drawings_on_one_clock(browser: Any, tmp_path: Pat
 HARM = "</script><script>window.harm = 1</script>\"'<img src=x onerror=alert(1)> %{y} <b>$x$</b>"
 
 
+@pytest.mark.dev
 def test_texts_of_files_stay_text(browser: Any, tmp_path: Path) -> None:
     pulleys = [pulley._replace(name=f"{HARM}{i}") for i, pulley in enumerate(TWO)]
     record = fs.Result(belt_run(pulleys, bodies=24, samples=21)).record

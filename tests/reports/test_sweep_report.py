@@ -115,6 +115,7 @@ def test_a_curve_over_one_key_has_a_gap_at_a_jump(tmp_path: Path) -> None:
     assert not np.any((before == 0.0) & (after > 0.3))
 
 
+@pytest.mark.dev
 def test_tables_are_sorted_by_numbers_and_by_keyboard(
     browser: Any, sample: Path, reports: dict[str, Path]
 ) -> None:

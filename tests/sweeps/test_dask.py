@@ -60,6 +60,7 @@ def test_a_killed_worker_costs_nothing_and_a_lost_scheduler_ends_the_sweep(
 
 
 @pytest.mark.slow
+@pytest.mark.dev
 def test_a_worker_of_another_version_is_refused(distributed: Any, tmp_path: Path) -> None:
     other, output = tmp_path / "other", tmp_path / "s.h5"
     shutil.copytree(ROOT / "frictionsim", other / "frictionsim")
@@ -83,6 +84,7 @@ def test_a_worker_of_another_version_is_refused(distributed: Any, tmp_path: Path
     assert os.listdir(tmp_path) == ["other"]
 
 
+@pytest.mark.dev
 def test_a_scheduler_that_is_not_there_is_reported(distributed: Any, tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as closed:
         address = f"tcp://127.0.0.1:{closed.getsockname()[1]}"
