@@ -13,8 +13,8 @@ the test functions that fail with it and pass without it, and how many of their 
 Killed, it goes on where it was; rows of other sources are made anew, after those that lack. `first`
 is the quick form: it ends at the first test that fails, sought near the fault, in the folder of its
 room and the files of no folder, and leaves a row that `run` makes whole. `prove` runs all default
-tests for some faults, and says what `run` would have left out. `again` runs the files that noticed
-each fault, up to the first test that fails; `run --only` finds what notices it now.
+tests for some faults, and says what `run` would have left out. `again` runs the tests that noticed
+each fault, up to the first that fails; `run --only` finds what notices it now.
 """
 
 import argparse
@@ -87,7 +87,7 @@ def first(copy: Copy, chosen: list[Fault], anew: bool) -> int:
             _keep(fault, row)
             noticed = dict(row["tests"]) or row.get("ended", "none")
             print(f"{fault.name}: {noticed}, {row['seconds']} s", flush=True)
-        missed += not (row["tests"] or "ended" in row)
+        missed += not row["tests"]
     return 1 if missed else 0
 
 
@@ -114,11 +114,17 @@ def prove(copy: Copy, chosen: list[Fault], anew: bool) -> int:
 
 
 def again(copy: Copy, chosen: list[Fault], anew: bool) -> int:
-    """Say which faults the files of tests of their rows notice no more."""
+    """Say which faults the tests of their rows notice no more."""
     rows, missed = read_results(), 0
     for fault in chosen:
         noticing = rows[fault.name]["tests"] if fault.name in rows else {}
-        left = [file for file in noticing if file in copy.files]
+        left = [
+            f"{file}::{function}"
+            for file in noticing
+            if file in copy.files
+            for function in (text.partition(" ")[0] for text in noticing[file])
+            if f"def {function}(" in (copy.tree / file).read_text(encoding="utf-8")
+        ]
         if noticing and not (left and copy.trial(fault, left, {}, first=True)["tests"]):
             missed += 1
             print(f"{fault.name}: no longer noticed in {', '.join(noticing)}", flush=True)
