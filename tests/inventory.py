@@ -1,7 +1,6 @@
 """The inventory: what the program offers, by name, as users meet it.
 
-    python -m tests.inventory                    write tests/inventory.json anew
-    python -m tests.inventory diff OLD.json      what is gone (-) and new (+) since another one
+    python -m tests.inventory        write tests/inventory.json anew; git shows what differs
 
 Commands and exit codes are those of `--help`; keys and channels those of the schemas; views those
 that a refusal names; quantities and audits those of the golden results, of short runs where these
@@ -14,7 +13,6 @@ import inspect
 import io
 import json
 import re
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -26,7 +24,7 @@ import frictionsim as fs
 ROOT = Path(__file__).parents[1]
 GOLDEN = ROOT / "tests" / "golden"
 STORED = ROOT / "tests" / "inventory.json"
-ANEW = "read what differs, and write it anew by `python -m tests.inventory`"
+ANEW = "write it anew by `python -m tests.inventory`, and read what differs"
 # Short runs that have what no golden result has.
 SHORT: list[tuple[str, dict[str, Any]]] = [
     ("pulley", {"solver.duration": 0.01}),
@@ -204,32 +202,5 @@ def as_text(offered: Inventory) -> str:
     return json.dumps(offered, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
 
 
-def _lines(node: Any, path: str = "") -> Iterator[str]:
-    if isinstance(node, dict):
-        for key, inner in node.items():
-            yield from _lines(inner, f"{path}{key}: ")
-    else:
-        yield from (path + line for line in node)
-
-
-def differences(old: Inventory, new: Inventory) -> list[str]:
-    """Return what is gone and new, a line each."""
-    before, after = (set(_lines(one)) for one in (old, new))
-    return [f"- {line}" for line in sorted(before - after)] + [
-        f"+ {line}" for line in sorted(after - before)
-    ]
-
-
-def main(arguments: list[str]) -> None:
-    """Write the inventory, or print what differs from another one."""
-    if not arguments:
-        STORED.write_text(as_text(inventory()), encoding="utf-8")
-        return
-    if len(arguments) != 2 or arguments[0] != "diff":
-        sys.exit("expected nothing, or diff OLD.json")
-    old = json.loads(Path(arguments[1]).read_text(encoding="utf-8"))
-    print("\n".join(differences(old, inventory())))
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    STORED.write_text(as_text(inventory()), encoding="utf-8")
