@@ -4,6 +4,7 @@ import copy
 import inspect
 import json
 import pickle
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -175,12 +176,19 @@ def test_many_events_are_cut_in_the_summary_which_says_where_all_are() -> None:
 def assert_like_the_file(result: fs.Result, path: Path) -> None:
     """Compare datasets, values, types and attributes, with what xarray reads: a second way."""
     made, path = result.dataset, result.save(path)  # the run was not in a file before
-    read = xarray.load_dataset(path, engine="h5netcdf")
-    for dataset in (made, fs.open(path).dataset):
+    read, opened = xarray.load_dataset(path, engine="h5netcdf"), fs.open(path)
+    for name in ("channels", "events", "quantities"):
+        assert list(getattr(opened.record, name)) == list(getattr(result.record, name)), name
+    for dataset in (made, opened.dataset):
         xarray.testing.assert_identical(dataset, read)
         for name, variable in read.variables.items():
             assert dataset[name].dtype == variable.dtype, name
-    with xarray.open_datatree(path, engine="h5netcdf") as tree:
+    # The arrays of a checkpoint have dimensions, too, so that no reader needs to invent some.
+    with (
+        warnings.catch_warnings(action="error"),
+        xarray.open_datatree(path, engine="h5netcdf") as tree,
+    ):
+        assert ("checkpoint" in tree.children) == (result.status == "failed")
         numbers = [float(tree["quantities"][name]) for name in result.quantities]
         wanted = [float(quantity) for quantity in result.quantities.values()]
         assert np.array_equal(numbers, wanted, equal_nan=True)
@@ -260,15 +268,20 @@ def test_a_run_without_events_has_the_variables_of_events() -> None:
     assert set(still.events.variables) == set(moving.events.variables)
 
 
-def test_transitions_have_the_words_of_the_file(tmp_path: Path) -> None:
+def test_transitions_are_the_events_of_the_file_in_words(tmp_path: Path) -> None:
     result = fs.solve(RETURN, output=tmp_path / "a.h5")
     with h5py.File(tmp_path / "a.h5") as file:
-        modes, times = file["events/mode_to"], file["events/time"][...].tolist()
-        meanings = modes.attrs["flag_meanings"].split()
-        words = dict(zip(modes.attrs["flag_values"].tolist(), meanings, strict=True))
-        expected = [words[number] for number in modes[...].tolist()]
-    assert [event.words[1] for event in result.transitions] == expected
-    assert [event.time for event in result.transitions] == times
+        names = ("contact", "mode_from", "mode_to", "time", "angle")
+        contacts, before, after, *numbers = [file["events"][name][...].tolist() for name in names]
+        modes = dict(file["events/mode_to"].attrs)
+        named = file["events/contact"].attrs["flag_meanings"].split()
+    words = dict(zip(modes["flag_values"].tolist(), modes["flag_meanings"].split(), strict=True))
+    expected = [
+        (named[contact], (words[one], words[other]), *row)
+        for contact, one, other, *row in zip(contacts, before, after, *numbers, strict=True)
+    ]
+    assert [(e.contact, e.words, e.time, e.position) for e in result.transitions] == expected
+    assert len(expected) == 2
 
 
 # --- files and copies -----------------------------------------------------------------------

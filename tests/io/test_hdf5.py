@@ -2,7 +2,6 @@
 
 import os
 import pickle
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -93,43 +92,6 @@ def test_a_quantity_without_a_value_is_nan_and_read_as_none(tmp_path: Path) -> N
         assert np.isnan(file["quantities/breakaway_time"][()])
         assert "events" not in file
     assert fs.open(path).quantities == done.quantities
-
-
-def test_a_file_holds_what_the_run_and_its_record_hold(done: Record, result: Path) -> None:
-    expected, content = done, fs.open(result).record
-    attributes = {k: v for k, v in content.attributes.items() if k in expected.attributes}
-    assert attributes == expected.attributes
-    for name in ("units", "long_names", "axes", "members", "flags", "contacts"):
-        assert getattr(content, name) == getattr(expected, name), name
-    for part in ("channels", "events"):
-        arrays, others = getattr(content, part), getattr(expected, part)
-        assert list(arrays) == list(others)
-        for name, values in others.items():
-            np.testing.assert_array_equal(arrays[name], values, err_msg=name)
-            assert arrays[name].dtype == values.dtype, name
-    assert list(content.quantities.items()) == list(done.quantities.items())
-    assert (content.checks, content.transitions) == (done.checks, done.transitions)
-    assert content.statistics is not None
-    assert content.statistics[:4] == done.statistics[:4]
-    assert content.statistics.wall_seconds is None
-    names = [content.contacts[int(index)] for index in content.events["contact"]]
-    columns = [content.events[name] for name in ("time", "mode_from", "mode_to", "angle")]
-    assert len(done.transitions) > 2
-    assert list(zip(names, *columns, strict=True)) == [
-        (each.contact, each.time, each.mode_from, each.mode_to, each.position)
-        for each in done.transitions
-    ]
-
-
-def test_an_interrupted_result_opens_as_a_tree(tmp_path: Path) -> None:
-    """The arrays of the checkpoint have dimensions, so that no reader needs to invent some."""
-    stopped = simulate(pulley(solver__max_steps=20))
-    assert stopped.checkpoint is not None
-    path = fs.Result(stopped).save(tmp_path / "a.h5")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        with xarray.open_datatree(path, engine="h5netcdf") as tree:
-            assert "checkpoint" in tree.children
 
 
 def test_a_belt_without_samples_is_read_as_it_was(tmp_path: Path) -> None:
