@@ -13,7 +13,7 @@ import inspect
 import io
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +37,7 @@ SHORT: list[tuple[str, dict[str, Any]]] = [
 ]
 # The statics of these, and of the short runs.
 AT_REST = ("pulley_horizontal", "lift", "hoist_drum", "belt_drive")
+PULLEYS = ("driver", "driven")  # of that belt
 # A run of a belt takes compiled kernels, so that its views are those of a golden result.
 OF_BELTS = GOLDEN / "belt_drive.h5"
 
@@ -148,23 +149,25 @@ def _golden() -> Iterator[tuple[str, list[str], list[str]]]:
     for path in sorted(GOLDEN.glob("*.h5")):
         with h5py.File(path) as file:
             pulleys = re.findall(r'^name = "(\w+)"', file.attrs["scenario"], re.MULTILINE)
-            names = [_without(pulleys, name) for name in file["quantities"]]
-            yield file.attrs["kind"], names, file["audit/check"].asstr()[:].tolist()
+            units = {name: item.attrs["units"] for name, item in file["quantities"].items()}
+            checks = file["audit/check"].asstr()[:].tolist()
+            yield file.attrs["kind"], with_units(units, pulleys), checks
 
 
-def _without(pulleys: list[str], quantity: str) -> str:
-    return (
-        re.sub(rf"_({'|'.join(pulleys)})(?![a-z])", "_<pulley>", quantity) if pulleys else quantity
-    )
+def with_units(units: Mapping[str, str], pulleys: Sequence[str] = ()) -> list[str]:
+    """Return quantities as `name [unit]`, pulleys in their names as `<pulley>`."""
+    of_a_pulley = rf"_({'|'.join(pulleys)})(?![a-z])" if pulleys else "(?!)"  # nothing
+    return [f"{re.sub(of_a_pulley, '_<pulley>', name)} [{unit}]" for name, unit in units.items()]
 
 
 def _quantities(done: list[fs.Result]) -> dict[str, list[str]]:
     at_rest = [fs.load(name) for name in AT_REST] + [fs.load(*short) for short in SHORT]
-    named = [(one.kind, list(one.quantities)) for one in done]
-    named += [(kind, names) for kind, names, _ in _golden()]
-    for scenario in at_rest:
-        pulleys = ["driver", "driven"] if scenario.kind == "belt_drive" else []
-        named.append((scenario.kind, [_without(pulleys, name) for name in fs.static(scenario)]))
+    given = [(one.kind, one.quantities) for one in done]
+    given += [(scenario.kind, fs.static(scenario)) for scenario in at_rest]
+    named = [(kind, names) for kind, names, _ in _golden()]
+    for kind, quantities in given:
+        units = {name: quantity.unit for name, quantity in quantities.items()}
+        named.append((kind, with_units(units, PULLEYS if kind == "belt_drive" else ())))
     return _by_kind(named)
 
 
