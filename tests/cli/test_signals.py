@@ -24,7 +24,6 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs signals o
 PULLEY, RETURN = str(SCENARIOS / "pulley.toml"), str(SCENARIOS / "pulley_return.toml")
 LOAD = 2224.1  # N, of the shipped pulley
 NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
-PART = "open .part 1"  # a file is about to be written
 # It is written, and about to have its name: the first checkpoint of a run, and a result.
 CHECKPOINT, WHOLE = "os.rename /a.partial.h5 1", "os.rename /pulley.h5 1"
 # Runs the command line, and acts once: when Python opens or renames a file, or imports.
@@ -168,12 +167,16 @@ def test_a_signal_while_a_result_is_written_keeps_it_and_stops_the_others(tmp_pa
     assert os.listdir(tmp_path / "results") == ["pulley.h5"]
 
 
-@pytest.mark.parametrize("command", ["plot a.h5", slow("report a.h5")])
+@pytest.mark.parametrize(
+    ("command", "written"), [("plot a.h5", "a.png"), slow("report a.h5", "a.html")]
+)
 def test_a_signal_during_a_picture_or_report_has_its_default_action(
-    command: str, tmp_path: Path
+    command: str, written: str, here: Path
 ) -> None:
-    """A part may be left, which the next write of the name removes."""
-    fs.solve(PULLEY, {"solver.duration": 1.0}, output=tmp_path / "a.h5")
-    done = acting(sent(signal.SIGTERM), PART, command.split(), tmp_path)
+    """A part is left, which the next write of the name removes."""
+    fs.solve(PULLEY, {"solver.duration": 1.0}, output="a.h5")
+    done = acting(sent(signal.SIGTERM), f"os.rename /{written} 1", command.split(), here)
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGTERM, "", "")
-    assert [name for name in os.listdir(tmp_path) if ".part" not in name] == ["a.h5"]
+    assert [".part" in name for name in sorted(os.listdir())] == [True, False]
+    assert fs.run_command_line(command.split()) == 0
+    assert sorted(os.listdir()) == ["a.h5", written]
