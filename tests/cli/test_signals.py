@@ -86,19 +86,26 @@ def test_before_the_first_step_a_signal_has_its_default_action(
 
 
 @pytest.mark.parametrize(
-    ("number", "times"), [(signal.SIGINT, 1), (signal.SIGTERM, 3), slow(signal.SIGHUP, 1)]
+    ("number", "times", "after"),
+    [(signal.SIGINT, 1, [RETURN]), (signal.SIGTERM, 3, []), slow(signal.SIGHUP, 1, [])],
 )
 def test_a_signal_keeps_the_samples_and_sets_the_exit_code(
-    number: signal.Signals, times: int, here: Path, told: Run
+    number: signal.Signals, times: int, after: list[str], here: Path, told: Run
 ) -> None:
-    """Also if a signal is delivered several times, as by `timeout` and shells."""
-    with long_run(here, "long.toml") as process:
+    """Also if a signal is delivered several times, as by `timeout` and shells.
+
+    A scenario after this one is not begun.
+    """
+    with long_run(here, *after) as process:
         for _ in range(times):
             process.send_signal(number)
             time.sleep(0.002)  # otherwise the system merges them
-        _, errors = process.communicate()
+        out, errors = process.communicate()
     assert process.returncode == 128 + number
     assert f"frictionsim: run interrupted: by {number.name} at t = " in errors
+    left = "frictionsim: not solved: 1 of the scenarios, after this one\n"
+    assert (left in errors) == bool(after)
+    assert "pulley_return" not in out + errors
     assert "Traceback" not in errors
     kept = fs.open("results/long.partial.h5")
     assert (kept.status, kept.exit_code) == ("interrupted", 128 + number)
