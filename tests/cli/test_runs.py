@@ -283,6 +283,7 @@ UNUSED = {"frictionsim.cli.studies", "frictionsim.scenario.csv_columns", "fricti
 HEAVY = {"numpy", "h5py", "scipy", "numba", "matplotlib", "xarray", "pandas", "h5netcdf"}
 FEW_COORDINATES = ["epicyclic", "lift", "marble_machine", "pulley", "shaft", "swing_door"]
 COMMAND = "import frictionsim as fs\nassert fs.run_command_line({}) == 0"
+SMOOTHED = ["--backend", "rkf45", "--set", "effects.shaft_friction.law=regularised"]
 CHECK = ["check", *(str(SCENARIOS / f"{name}.toml") for name in FEW_COORDINATES)]
 
 
@@ -292,12 +293,13 @@ CHECK = ["check", *(str(SCENARIOS / f"{name}.toml") for name in FEW_COORDINATES)
         (COMMAND.format(["--help"]), {*HEAVY, "rich", "logging", "json"}),
         (COMMAND.format(CHECK), {*HEAVY, "rich", "logging"}),
         (COMMAND.format(["solve", PULLEY]), {*HEAVY, *UNUSED} - {"numpy", "h5py"}),
+        (COMMAND.format(["solve", PULLEY, *SMOOTHED]), {*HEAVY, *UNUSED} - {"numpy", "h5py"}),
         (
             "import frictionsim as fs\nfs.solve(fs.scenarios()['pulley']).quantities",
             {*HEAVY, "rich", "typer"} - {"numpy"},
         ),
     ],
-    ids=["help", "check", "solve", "solve in memory"],
+    ids=["help", "check", "solve", "solve smoothed", "solve in memory"],
 )
 def test_no_more_is_imported_than_needed(program: str, unwanted: set[str], tmp_path: Path) -> None:
     code = f"import sys\n{program}\nprint(*sys.modules, file=sys.stderr)"
