@@ -1,7 +1,6 @@
 """The inventory: what the program offers, by name, as users meet it.
 
-    python -m tests.inventory                    write tests/inventory.json anew
-    python -m tests.inventory diff OLD.json      what is gone (-) and new (+) since another one
+    python -m tests.inventory        write tests/inventory.json anew; git shows what differs
 
 Commands and exit codes are those of `--help`; keys and channels those of the schemas; views those
 that a refusal names; quantities and audits those of the golden results, of short runs where these
@@ -14,8 +13,7 @@ import inspect
 import io
 import json
 import re
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +24,7 @@ import frictionsim as fs
 ROOT = Path(__file__).parents[1]
 GOLDEN = ROOT / "tests" / "golden"
 STORED = ROOT / "tests" / "inventory.json"
-ANEW = "read what differs, and write it anew by `python -m tests.inventory`"
+ANEW = "write it anew by `python -m tests.inventory`, and read what differs"
 # Short runs that have what no golden result has.
 SHORT: list[tuple[str, dict[str, Any]]] = [
     ("pulley", {"solver.duration": 0.01}),
@@ -39,6 +37,7 @@ SHORT: list[tuple[str, dict[str, Any]]] = [
 ]
 # The statics of these, and of the short runs.
 AT_REST = ("pulley_horizontal", "lift", "hoist_drum", "belt_drive")
+PULLEYS = ("driver", "driven")  # of that belt
 # A run of a belt takes compiled kernels, so that its views are those of a golden result.
 OF_BELTS = GOLDEN / "belt_drive.h5"
 
@@ -150,23 +149,25 @@ def _golden() -> Iterator[tuple[str, list[str], list[str]]]:
     for path in sorted(GOLDEN.glob("*.h5")):
         with h5py.File(path) as file:
             pulleys = re.findall(r'^name = "(\w+)"', file.attrs["scenario"], re.MULTILINE)
-            names = [_without(pulleys, name) for name in file["quantities"]]
-            yield file.attrs["kind"], names, file["audit/check"].asstr()[:].tolist()
+            units = {name: item.attrs["units"] for name, item in file["quantities"].items()}
+            checks = file["audit/check"].asstr()[:].tolist()
+            yield file.attrs["kind"], with_units(units, pulleys), checks
 
 
-def _without(pulleys: list[str], quantity: str) -> str:
-    return (
-        re.sub(rf"_({'|'.join(pulleys)})(?![a-z])", "_<pulley>", quantity) if pulleys else quantity
-    )
+def with_units(units: Mapping[str, str], pulleys: Sequence[str] = ()) -> list[str]:
+    """Return quantities as `name [unit]`, pulleys in their names as `<pulley>`."""
+    of_a_pulley = rf"_({'|'.join(pulleys)})(?![a-z])" if pulleys else "(?!)"  # nothing
+    return [f"{re.sub(of_a_pulley, '_<pulley>', name)} [{unit}]" for name, unit in units.items()]
 
 
 def _quantities(done: list[fs.Result]) -> dict[str, list[str]]:
     at_rest = [fs.load(name) for name in AT_REST] + [fs.load(*short) for short in SHORT]
-    named = [(one.kind, list(one.quantities)) for one in done]
-    named += [(kind, names) for kind, names, _ in _golden()]
-    for scenario in at_rest:
-        pulleys = ["driver", "driven"] if scenario.kind == "belt_drive" else []
-        named.append((scenario.kind, [_without(pulleys, name) for name in fs.static(scenario)]))
+    given = [(one.kind, one.quantities) for one in done]
+    given += [(scenario.kind, fs.static(scenario)) for scenario in at_rest]
+    named = [(kind, names) for kind, names, _ in _golden()]
+    for kind, quantities in given:
+        units = {name: quantity.unit for name, quantity in quantities.items()}
+        named.append((kind, with_units(units, PULLEYS if kind == "belt_drive" else ())))
     return _by_kind(named)
 
 
@@ -204,32 +205,5 @@ def as_text(offered: Inventory) -> str:
     return json.dumps(offered, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
 
 
-def _lines(node: Any, path: str = "") -> Iterator[str]:
-    if isinstance(node, dict):
-        for key, inner in node.items():
-            yield from _lines(inner, f"{path}{key}: ")
-    else:
-        yield from (path + line for line in node)
-
-
-def differences(old: Inventory, new: Inventory) -> list[str]:
-    """Return what is gone and new, a line each."""
-    before, after = (set(_lines(one)) for one in (old, new))
-    return [f"- {line}" for line in sorted(before - after)] + [
-        f"+ {line}" for line in sorted(after - before)
-    ]
-
-
-def main(arguments: list[str]) -> None:
-    """Write the inventory, or print what differs from another one."""
-    if not arguments:
-        STORED.write_text(as_text(inventory()), encoding="utf-8")
-        return
-    if len(arguments) != 2 or arguments[0] != "diff":
-        sys.exit("expected nothing, or diff OLD.json")
-    old = json.loads(Path(arguments[1]).read_text(encoding="utf-8"))
-    print("\n".join(differences(old, inventory())))
-
-
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    STORED.write_text(as_text(inventory()), encoding="utf-8")

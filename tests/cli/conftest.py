@@ -32,11 +32,10 @@ LONG = pulley(
 )
 
 
-def long_run(folder: Path, *names: str) -> "subprocess.Popen[str]":
-    """Start the solution of scenarios that take for ever, and wait for steps of the first."""
-    for name in names:
-        (folder / name).write_text(tomli_w.dumps(LONG), encoding="utf-8")
-    command = [sys.executable, "-m", "frictionsim", "solve", *names, "-v"]
+def long_run(folder: Path, *after: str) -> "subprocess.Popen[str]":
+    """Start the solution of a scenario that takes for ever, then of others; wait for its steps."""
+    (folder / "long.toml").write_text(tomli_w.dumps(LONG), encoding="utf-8")
+    command = [sys.executable, "-m", "frictionsim", "solve", "long.toml", *after, "-v"]
     process = subprocess.Popen(
         command, cwd=folder, text=True, encoding="utf-8", stdout=-1, stderr=-1
     )

@@ -1,10 +1,9 @@
-"""`show`, `compare`, `plot`, `report`, `new` and `schema`."""
+"""`show`, `plot`, `report`, `new` and `schema`."""
 
 import csv
 import io
 import json
 import re
-import shutil
 import struct
 import subprocess
 import sys
@@ -13,7 +12,6 @@ import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
@@ -143,23 +141,6 @@ def test_several_results_are_shown_side_by_side(told: Run) -> None:
     assert strict_json(told("show", *files, "--json")[0]) == alone
     told("solve", "shaft", "-o", "c.h5", "-q", "--set", "solver.duration=0.1")
     assert " less " not in told("show", "0.2.h5", "c.h5")[0]  # numbers of unlike things
-
-
-# --- compare --------------------------------------------------------------------------------
-
-
-def test_compare_as_json_has_only_finite_numbers(told: Run) -> None:
-    told("solve", PULLEY, "-q", "-o", "a.h5")
-    document = strict_json(told("compare", "a.h5", "a.h5", "--json")[0])
-    assert (document["result"], document["golden"], document["same"]) == ("a.h5", "a.h5", True)
-    for value in (np.nan, np.inf):
-        shutil.copy("a.h5", "b.h5")
-        with h5py.File("b.h5", "r+") as file:  # h5py drops its checksum
-            file["angle"][5] = value
-        for pair in (("a.h5", "b.h5"), ("b.h5", "a.h5")):
-            document = strict_json(told("compare", *pair, "--json", code=1)[0])
-            (angle,) = (row for row in document["rows"] if row["channel"] == "angle")
-            assert (document["same"], angle["ok"], angle["difference"]) == (False, False, None)
 
 
 # --- plot -----------------------------------------------------------------------------------

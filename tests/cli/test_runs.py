@@ -3,7 +3,6 @@
 import io
 import logging
 import os
-import signal
 import sys
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 import tomli_w
 
 import frictionsim as fs
-from tests.cli.conftest import Run, long_run, strict_json
+from tests.cli.conftest import Run, strict_json
 from tests.support.belt_scenarios import pair
 from tests.support.scenarios import SCENARIOS, pulley, python
 
@@ -149,18 +148,6 @@ def test_all_faults_of_all_scenarios_are_told_and_none_is_solved(told: Run) -> N
     assert not Path("results").exists()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs signals of POSIX")
-def test_ctrl_c_between_and_in_runs_ends_the_command(here: Path) -> None:
-    """As a process: the second of two long runs does not start."""
-    with long_run(here, "a.toml", "b.toml") as process:
-        process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "frictionsim: not solved: 1 of the scenarios, after this one" in err
-    assert "run interrupted: by SIGINT" in err
-    assert "b.toml" not in out + err
-
-
 # --- standard input -------------------------------------------------------------------------
 
 
@@ -272,10 +259,7 @@ def test_static_says_below_the_table_what_the_roots_mean(told: Run) -> None:
     mass = ("--set", "statics.unknown=mechanism.mass", "--json")
     document = strict_json(told("static", "shaft", *mass)[0])
     assert document["quantities"]["mass_clockwise"] == {"value": None, "unit": "kg"}
-    assert document["notes"][:2] == [
-        "at 0 deg and 0 s, the body rests",
-        "at 0 deg, no mechanism.mass makes the body move: the friction exceeds the moment with any",
-    ]
+    assert document["notes"][0] == "at 0 deg and 0 s, the body rests"
 
 
 # --- resume ---------------------------------------------------------------------------------
@@ -299,6 +283,7 @@ UNUSED = {"frictionsim.cli.studies", "frictionsim.scenario.csv_columns", "fricti
 HEAVY = {"numpy", "h5py", "scipy", "numba", "matplotlib", "xarray", "pandas", "h5netcdf"}
 FEW_COORDINATES = ["epicyclic", "lift", "marble_machine", "pulley", "shaft", "swing_door"]
 COMMAND = "import frictionsim as fs\nassert fs.run_command_line({}) == 0"
+SMOOTHED = ["--backend", "rkf45", "--set", "effects.shaft_friction.law=regularised"]
 CHECK = ["check", *(str(SCENARIOS / f"{name}.toml") for name in FEW_COORDINATES)]
 
 
@@ -308,12 +293,13 @@ CHECK = ["check", *(str(SCENARIOS / f"{name}.toml") for name in FEW_COORDINATES)
         (COMMAND.format(["--help"]), {*HEAVY, "rich", "logging", "json"}),
         (COMMAND.format(CHECK), {*HEAVY, "rich", "logging"}),
         (COMMAND.format(["solve", PULLEY]), {*HEAVY, *UNUSED} - {"numpy", "h5py"}),
+        (COMMAND.format(["solve", PULLEY, *SMOOTHED]), {*HEAVY, *UNUSED} - {"numpy", "h5py"}),
         (
             "import frictionsim as fs\nfs.solve(fs.scenarios()['pulley']).quantities",
             {*HEAVY, "rich", "typer"} - {"numpy"},
         ),
     ],
-    ids=["help", "check", "solve", "solve in memory"],
+    ids=["help", "check", "solve", "solve smoothed", "solve in memory"],
 )
 def test_no_more_is_imported_than_needed(program: str, unwanted: set[str], tmp_path: Path) -> None:
     code = f"import sys\n{program}\nprint(*sys.modules, file=sys.stderr)"

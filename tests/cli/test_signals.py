@@ -24,7 +24,6 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs signals o
 PULLEY, RETURN = str(SCENARIOS / "pulley.toml"), str(SCENARIOS / "pulley_return.toml")
 LOAD = 2224.1  # N, of the shipped pulley
 NUMBERS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
-PART = "open .part 1"  # a file is about to be written
 # It is written, and about to have its name: the first checkpoint of a run, and a result.
 CHECKPOINT, WHOLE = "os.rename /a.partial.h5 1", "os.rename /pulley.h5 1"
 # Runs the command line, and acts once: when Python opens or renames a file, or imports.
@@ -87,19 +86,26 @@ def test_before_the_first_step_a_signal_has_its_default_action(
 
 
 @pytest.mark.parametrize(
-    ("number", "times"), [(signal.SIGINT, 1), (signal.SIGTERM, 3), slow(signal.SIGHUP, 1)]
+    ("number", "times", "after"),
+    [(signal.SIGINT, 1, [RETURN]), (signal.SIGTERM, 3, []), slow(signal.SIGHUP, 1, [])],
 )
 def test_a_signal_keeps_the_samples_and_sets_the_exit_code(
-    number: signal.Signals, times: int, here: Path, told: Run
+    number: signal.Signals, times: int, after: list[str], here: Path, told: Run
 ) -> None:
-    """Also if a signal is delivered several times, as by `timeout` and shells."""
-    with long_run(here, "long.toml") as process:
+    """Also if a signal is delivered several times, as by `timeout` and shells.
+
+    A scenario after this one is not begun.
+    """
+    with long_run(here, *after) as process:
         for _ in range(times):
             process.send_signal(number)
             time.sleep(0.002)  # otherwise the system merges them
-        _, errors = process.communicate()
+        out, errors = process.communicate()
     assert process.returncode == 128 + number
     assert f"frictionsim: run interrupted: by {number.name} at t = " in errors
+    left = "frictionsim: not solved: 1 of the scenarios, after this one\n"
+    assert (left in errors) == bool(after)
+    assert "pulley_return" not in out + errors
     assert "Traceback" not in errors
     kept = fs.open("results/long.partial.h5")
     assert (kept.status, kept.exit_code) == ("interrupted", 128 + number)
@@ -115,9 +121,8 @@ def test_a_signal_keeps_the_samples_and_sets_the_exit_code(
     assert further.size > t.size
 
 
-# Long enough for a checkpoint on any machine: 30 000 samples take a tenth of a second or more.
-CHECKPOINTS = ["--set", "output.checkpoint=0.05", "--set", "output.interval=1e-4"]
-CHECKPOINTS += ["--set", 'output.channels=["angle"]']
+# The first is due after the first step, and long before the end of the run.
+CHECKPOINTS = ["--set", "output.checkpoint=1e-9"]
 
 
 def test_what_keeps_nothing_says_so(tmp_path: Path) -> None:
@@ -169,12 +174,16 @@ def test_a_signal_while_a_result_is_written_keeps_it_and_stops_the_others(tmp_pa
     assert os.listdir(tmp_path / "results") == ["pulley.h5"]
 
 
-@pytest.mark.parametrize("command", ["plot a.h5", slow("report a.h5")])
+@pytest.mark.parametrize(
+    ("command", "written"), [("plot a.h5", "a.png"), slow("report a.h5", "a.html")]
+)
 def test_a_signal_during_a_picture_or_report_has_its_default_action(
-    command: str, tmp_path: Path
+    command: str, written: str, here: Path
 ) -> None:
-    """A part may be left, which the next write of the name removes."""
-    fs.solve(PULLEY, {"solver.duration": 1.0}, output=tmp_path / "a.h5")
-    done = acting(sent(signal.SIGTERM), PART, command.split(), tmp_path)
+    """A part is left, which the next write of the name removes."""
+    fs.solve(PULLEY, {"solver.duration": 1.0}, output="a.h5")
+    done = acting(sent(signal.SIGTERM), f"os.rename /{written} 1", command.split(), here)
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGTERM, "", "")
-    assert [name for name in os.listdir(tmp_path) if ".part" not in name] == ["a.h5"]
+    assert [".part" in name for name in sorted(os.listdir())] == [True, False]
+    assert fs.run_command_line(command.split()) == 0
+    assert sorted(os.listdir()) == ["a.h5", written]

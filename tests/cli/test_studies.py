@@ -18,7 +18,7 @@ from tests.cli.conftest import Run, strict_json
 from tests.fits.measurements import MU_K, pulley, series, write_csv
 from tests.support.cases import slow
 from tests.support.file_sizes import limited_files
-from tests.support.scenarios import GOLDEN, SCENARIOS
+from tests.support.scenarios import SCENARIOS
 from tests.support.sweep_files import (
     LOAD,
     LOOSE,
@@ -190,9 +190,6 @@ def test_csv_scenario_and_study_are_those_of_the_sweep(grid: fs.Sweep, told: Run
     assert tomllib.loads(told("show", "s.h5", "--scenario")[0])["solver"]["rtol"] == 1e-4
     study = tomllib.loads(told("show", "s.h5", "--study")[0])
     assert fs.sweep(study, workers=1).equals(grid)
-    run = GOLDEN / "belt_verification.h5"
-    said = f"frictionsim: {run}: --study is for sweeps, this is the result of a run\n"
-    assert told("show", run, "--study", code=2)[1] == said
 
 
 def test_failed_runs_and_runs_that_are_left_are_reported(here: Path, told: Run) -> None:

@@ -15,8 +15,8 @@ import frictionsim as fs
 from frictionsim import errors
 from frictionsim.results import Record
 from tests.docs.pages import DOCS, INVENTORY, PAGES, names, table
-from tests.support.lifts import CORD, SHAFT, lift, solved
-from tests.support.scenarios import SCENARIOS, scenario_run
+from tests.inventory import PULLEYS, with_units
+from tests.support.scenarios import SCENARIOS
 
 sys.path.insert(0, str(DOCS / "_ext"))
 from method_table import pairs
@@ -24,13 +24,10 @@ from method_table import pairs
 PACKAGE = Path(fs.__file__).parent
 FILES, FAILURES = "docs/result-files.md", "docs/failures.md"
 QUANTITIES, METHODS = "docs/quantities.md", "docs/methods.md"
-SHORT = {
-    "pulley": ("pulley_return", []),
-    "marble_machine": ("marble_machine", ["solver.duration=0.5"]),
-    "epicyclic": ("epicyclic", ["solver.duration=0.5"]),
-}
 STOPS = ["statics.unknown=forces.effort.size", "effects.end_stops.highest_angle_deg=100"]
-SHORT["shaft"] = ("shaft", ["solver.duration=0.5", *STOPS])
+SHORT = {"pulley": ("pulley_return", []), "shaft": ("shaft", ["solver.duration=0.5", *STOPS])}
+# Of belts whose motion repeats, and that wear, of which the inventory has no run.
+ELSEWHERE = {"mean_duration [s]", "friction_work_clean [J/m]", "friction_work_patch [J/m]"}
 
 
 @cache
@@ -94,33 +91,17 @@ def quantity_units(*tables: str) -> dict[str, str]:
     return {name: row[1] for row in rows for name in names(row[0])}
 
 
-@pytest.mark.parametrize("kind", SHORT)
+@pytest.mark.parametrize("kind", fs.kinds())
 def test_the_quantities_of_a_kind_are_those_of_the_page(kind: str) -> None:
-    done = short_run(kind)
-    quantities = {**done.quantities, **fs.static(scenario_run(done))}
-    shown = quantity_units("all runs", "one coordinate", kind)
-    assert {name: q.unit for name, q in quantities.items()}.items() <= shown.items()
-    own = quantity_units(kind).keys() - quantities.keys()
-    assert own <= {"uniform_torque_mean_at_final_speed"}  # takes another normal_load
-
-
-def test_the_quantities_of_masses_on_a_cord_are_those_of_the_page() -> None:
-    done = solved(lift(effects__shaft_friction=SHAFT, effects__cord_friction=CORD))
-    quantities = {**done.quantities, **fs.static(scenario_run(done))}
-    shown = quantity_units("all runs", "one coordinate", "pulley", "masses on a cord")
-    assert {name: q.unit for name, q in quantities.items()}.items() <= shown.items()
-
-
-def test_the_quantities_of_a_belt_at_rest_are_those_of_the_page() -> None:
-    quantities = fs.static("belt_drive")
-    shown = {**quantity_units("a belt at rest")}
-    both = {**shown, **{n.replace("driver", "driven"): u for n, u in shown.items()}}
-    assert {name: q.unit for name, q in quantities.items()} == both
-
-
-def test_the_quantities_of_a_belt_run_exist() -> None:
-    for name in quantity_units("belt_drive"):
-        assert re.sub("(?<=_)(driver|driven|clean|patch)", "{}", name) in texts(), name
+    """With their units; `tests/inventory.py` has them from runs and from statics of each kind."""
+    is_belt = kind == "belt_drive"
+    more = {"pulley": ["masses on a cord"], "belt_drive": ["a belt at rest"]}
+    shared = ["all runs"] if is_belt else ["all runs", "one coordinate"]
+    pulleys = PULLEYS if is_belt else ()
+    own = set(with_units(quantity_units(kind, *more.get(kind, [])), pulleys))
+    offered = set(INVENTORY["quantities"][kind])
+    assert offered <= own | set(with_units(quantity_units(*shared)))
+    assert own - offered == (ELSEWHERE if is_belt else set())
 
 
 def test_the_keys_of_json_are_those_of_the_page() -> None:

@@ -24,8 +24,13 @@ NUMBERS = ("nan", "inf", "-1", "0", "1e400", "1e-320", "9" * 400, "true", '"x"',
 PIECES = (
     *(*NUMBERS, "", "=", "\n", "#", "\x00", "é", "[[[", "[" * 900, "a." * 500 + "a = 1\n"),
     *("[effects]", "[solver]\n", 'kind = "epicyclic"\n', "1979-05-27", "[[forces]]\n"),
+    *("07:32:00", "{a = [{b = 1979-05-27T07:32:00Z}]}"),
     *("{sine={amplitude=1e308, frequency_hz=1e308}}", '{csv="s.toml"}', '{csv="/dev/zero"}'),
     *("max_steps = 3\n", "duration = 1e-300\n", "interval = 1e-9\n", "\x1b]0;title\x07", "\u202e"),
+)
+KEYS = (
+    *("title", "mechanism", "mechanism.inertia", "drive.force", "drive.force.value.1", "forces.0"),
+    *("effects.shaft_friction", "effects.shaft_friction.mu_s", "solver.backend", "output.channels"),
 )
 CSV_PIECES = (
     *("", "nan", "inf", "1e999", ",", ";", "\t", "\n", "#", "x", "\ufeff", "-1", "0.1", "\x00"),
@@ -53,7 +58,7 @@ CODES = {  # of `docs/failures.md`
 def edited(draw: st.DrawFn, texts: list[str], pieces: tuple[str, ...]) -> str:
     """Return a text with pieces cut out, doubled, moved or replaced in some places."""
     text = draw(st.sampled_from(texts))
-    for _ in range(draw(st.integers(1, 4))):
+    for _ in range(draw(st.integers(0, 4))):
         start = draw(st.integers(0, len(text)))
         end = min(len(text), start + draw(st.sampled_from((0, 1, 2, 8, 60))))
         piece = draw(st.sampled_from((*pieces, text[start:end] * 2, text[:60])))
@@ -75,18 +80,26 @@ def assert_answered(
 @given(
     text=edited(SOURCES, PIECES),
     encoding=st.sampled_from(("utf-8",) * 8 + ("utf-16", "latin-1")),
+    overrides=st.lists(
+        st.tuples(st.sampled_from(KEYS), st.sampled_from(PIECES)).map("=".join), max_size=2
+    ),
     command=st.sampled_from(("check", "static", "solve")),
 )
 def test_an_edited_scenario_is_used_or_refused(
-    text: str, encoding: str, command: str, here: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    text: str, encoding: str, overrides: list[str], command: str, here: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
     path = here / "s.toml"
     path.write_bytes(text.encode(encoding, "replace"))
+    loaded = None
     with suppress(fs.ScenarioError):
-        fs.load(path)
+        loaded = fs.load(path, overrides)
+    if loaded:  # it can be printed and loaded again, the interval of its samples filled in
+        assert fs.loads(loaded.to_toml()) == loaded.replace({"output.interval": loaded.interval})
     if command == "solve" and "belt" in text:
         command = "check"  # kernels would be compiled for each combination of effects
-    assert_answered(capsys, command, path, *(BOUNDED if command == "solve" else ()))
+    words = [word for override in overrides for word in ("--set", override)]
+    assert_answered(capsys, command, path, *words, *(BOUNDED if command == "solve" else ()))
 
 
 @given(

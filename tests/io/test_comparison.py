@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
+from tests.cli.conftest import strict_json
 from tests.support.scenarios import pulley, simulate
 
 # The default tolerances of the command line.
@@ -190,11 +191,15 @@ def test_the_relative_tolerance_is_of_the_golden_value(
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_equal_non_finite_values_agree(value: float, golden: Path, tmp_path: Path) -> None:
-    path = tmp_path / "a.h5"
-    path.write_bytes(golden.read_bytes())
-    with h5py.File(path, "r+") as file:
-        file["angle"][100] = value
+def test_non_finite_values_equal_themselves_alone(
+    value: float, compare: Compare, golden: Path, tmp_path: Path
+) -> None:
+    code, printed = compare(put("angle", 100, value), "--json")
+    document, path = strict_json(printed), tmp_path / "result.h5"
+    assert (code, document["same"]) == (1, False)
+    assert (document["result"], document["golden"]) == (str(path), str(golden))
+    assert [row["difference"] for row in document["rows"] if not row["ok"]] == [None]
+    assert not fs.compare(golden, path).same
     assert fs.compare(path, path).same
 
 

@@ -2,7 +2,6 @@
 
 import os
 import pickle
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import xarray
 import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.results import Record
+from tests.io.test_compared_quantities import opened
 from tests.support.scenarios import pulley, scenario_run, simulate
 
 SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
@@ -94,41 +94,15 @@ def test_a_quantity_without_a_value_is_nan_and_read_as_none(tmp_path: Path) -> N
     assert fs.open(path).quantities == done.quantities
 
 
-def test_a_file_holds_what_the_run_and_its_record_hold(done: Record, result: Path) -> None:
-    expected, content = done, fs.open(result).record
-    attributes = {k: v for k, v in content.attributes.items() if k in expected.attributes}
-    assert attributes == expected.attributes
-    for name in ("units", "long_names", "axes", "members", "flags", "contacts"):
-        assert getattr(content, name) == getattr(expected, name), name
-    for part in ("channels", "events"):
-        arrays, others = getattr(content, part), getattr(expected, part)
-        assert list(arrays) == list(others)
-        for name, values in others.items():
-            np.testing.assert_array_equal(arrays[name], values, err_msg=name)
-            assert arrays[name].dtype == values.dtype, name
-    assert list(content.quantities.items()) == list(done.quantities.items())
-    assert (content.checks, content.transitions) == (done.checks, done.transitions)
-    assert content.statistics is not None
-    assert content.statistics[:4] == done.statistics[:4]
-    assert content.statistics.wall_seconds is None
-    names = [content.contacts[int(index)] for index in content.events["contact"]]
-    columns = [content.events[name] for name in ("time", "mode_from", "mode_to", "angle")]
-    assert len(done.transitions) > 2
-    assert list(zip(names, *columns, strict=True)) == [
-        (each.contact, each.time, each.mode_from, each.mode_to, each.position)
-        for each in done.transitions
-    ]
-
-
-def test_an_interrupted_result_opens_as_a_tree(tmp_path: Path) -> None:
-    """The arrays of the checkpoint have dimensions, so that no reader needs to invent some."""
-    stopped = simulate(pulley(solver__max_steps=20))
-    assert stopped.checkpoint is not None
-    path = fs.Result(stopped).save(tmp_path / "a.h5")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        with xarray.open_datatree(path, engine="h5netcdf") as tree:
-            assert "checkpoint" in tree.children
+def test_a_belt_without_samples_is_read_as_it_was(tmp_path: Path) -> None:
+    belt = opened("belt").record
+    empty = belt._replace(channels={name: v[:0] for name, v in belt.channels.items()})
+    content = fs.open(fs.Result(empty).save(tmp_path / "a.h5")).record
+    assert content.channels.keys() == empty.channels.keys()
+    for name, channel in empty.channels.items():
+        np.testing.assert_array_equal(content.channels[name], channel, err_msg=name)
+    assert (content.axes, content.members) == (belt.axes, belt.members)
+    assert content.events.keys() == belt.events.keys()
 
 
 def test_a_long_scenario_is_stored_completely(tmp_path: Path) -> None:

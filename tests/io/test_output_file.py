@@ -66,27 +66,6 @@ def test_resume_removes_it_as_well() -> None:
     assert set(contents()) == {"a.h5"}
 
 
-def test_a_signal_while_a_file_is_written_leaves_a_part_at_most() -> None:
-    """The next write of the name removes it."""
-    command = ["show", "r.h5", "--csv", "-o", "a.csv"]
-
-    def work() -> int:
-        sync = os.fsync
-
-        def signalled(descriptor: int) -> None:
-            os.kill(os.getpid(), signal.SIGTERM)
-            sync(descriptor)
-
-        os.fsync = signalled
-        return fs.run_command_line(command)
-
-    result().save("r.h5")
-    assert stopped_at(0, work, Path("none")) != 0
-    assert {name for name in contents() if ".part" not in name} == {"r.h5"}
-    assert fs.run_command_line(command) == 0
-    assert set(contents()) == {"a.csv", "r.h5"}
-
-
 @pytest.mark.parametrize("mode", [0o600, 0o664])
 def test_the_mode_of_a_replaced_file_is_kept(mode: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its part is private until then."""

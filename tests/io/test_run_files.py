@@ -15,6 +15,7 @@ PULLEY = str(SCENARIOS / "pulley.toml")
 # The limit is reached at the first step: the run has one sample and can be resumed.
 NO_TIME = ["--max-wall", "1e-9"]
 OTHER = ["--set", "solver.duration=2.5"]
+AT_ONCE = 1e-9  # s, of wall time: the first checkpoint is due after the first step
 EXISTS = "the file exists and is not replaced"
 pytestmark = pytest.mark.usefixtures("here")
 
@@ -131,7 +132,7 @@ def test_checkpoints_keep_a_complete_result_and_are_removed() -> None:
         assert Path("a.h5").read_bytes() == before
         seen.add(Path("a.partial.h5").exists())
 
-    changes = {"solver.duration": 2.5, "output.checkpoint": 5e-4, "solver.rtol": 1e-4}
+    changes = {"solver.duration": 2.5, "output.checkpoint": AT_ONCE}
     assert fs.solve(PULLEY, changes, output="a.h5", progress=meanwhile).status == "done"
     assert seen == {False, True}
     assert Path("a.h5").read_bytes() != before
@@ -142,7 +143,7 @@ def test_a_failed_checkpoint_only_warns(here: Path, caplog: pytest.LogCaptureFix
     def hindered(t: float) -> None:
         (here / "a.partial.h5").mkdir(exist_ok=True)
 
-    fs.solve(pulley(output__checkpoint=1e-4), output="b.h5", max_steps=60)
+    fs.solve(pulley(output__checkpoint=AT_ONCE), output="b.h5", max_steps=60)
     caplog.clear()
     assert fs.resume("b.h5", output="a.h5", progress=hindered).path == Path("a.h5")
     *_, warning = [record.getMessage() for record in caplog.records]

@@ -1,18 +1,13 @@
 """Loading of scenarios: error messages with line and key, overrides, round trip to TOML."""
 
-import datetime
 import re
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import pytest
-import tomli_w
-from hypothesis import given
-from hypothesis import strategies as st
 
 import frictionsim as fs
-from tests.support.scenarios import pulley
 
 TEXT = """\
 kind = "pulley"
@@ -170,63 +165,3 @@ def test_resolved_text_loads_to_the_same_scenario(force: str, tmp_path: Path) ->
     points = "{time = [0.0, 0.8], value = [80.1, 120.0]}"
     expected = tomllib.loads(f"force = {points if 'csv' in force else force}")
     assert tomllib.loads(text)["drive"]["force"] == expected["force"]
-
-
-REAL_KEYS = sorted(set(re.findall(r"\w+(?= =)|(?<=[\[.])\w+", tomli_w.dumps(pulley()))))
-SIGNAL_KEYS = ["sine", "amplitude", "frequency_hz", "smooth_step", "from", "to", "start", "csv"]
-keys = st.sampled_from(REAL_KEYS + SIGNAL_KEYS) | st.text(max_size=5)
-values = st.recursive(
-    st.floats()
-    | st.integers(-3, 3)
-    | st.integers(-(10**400), 10**400)
-    | st.booleans()
-    | st.text(max_size=10)
-    | st.sampled_from(["pulley", "events", "published", "vertical"])
-    | st.dates()
-    | st.times()
-    | st.datetimes(timezones=st.none() | st.just(datetime.UTC)),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3),
-    max_leaves=8,
-)
-
-
-@pytest.fixture(scope="module")
-def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One folder for all examples of a search."""
-    return tmp_path_factory.mktemp("search")
-
-
-def loads_or_refuses(path: Path, overrides: list[str] | None = None) -> None:
-    """Load, which may end in ScenarioError and in nothing else; what loads can be resolved."""
-    try:
-        loaded = fs.load(path, overrides)
-    except fs.ScenarioError:
-        return
-    assert isinstance(loaded, fs.Scenario)
-    text = loaded.to_toml()
-    again = fs.load(write_scenario(path.parent, text))
-    assert again == loaded.replace({"output.interval": loaded.interval}), text
-
-
-def places(table: Any) -> list[tuple[Any, Any]]:
-    """Return every place in nested data where a value stands, as container and key."""
-    pairs = [(table, key) for key in (table if isinstance(table, dict) else range(len(table)))]
-    inner = [table[key] for _, key in pairs if isinstance(table[key], dict | list)]
-    return pairs + [place for container in inner for place in places(container)]
-
-
-@given(st.lists(st.tuples(st.integers(0, 99), values), min_size=1, max_size=3))
-def test_any_change_of_a_valid_scenario_loads_or_is_refused(
-    room: Path, changes: list[tuple[int, Any]]
-) -> None:
-    data = pulley()
-    for index, value in changes:
-        pairs = places(data)
-        container, key = pairs[index % len(pairs)]
-        container[key] = value
-    loads_or_refuses(write_scenario(room, tomli_w.dumps(data)))
-
-
-@given(st.lists(keys, max_size=4), st.text(max_size=10) | values.map(str))
-def test_any_override_loads_or_is_refused(room: Path, path: list[str], value: str) -> None:
-    loads_or_refuses(write_scenario(room, TEXT), [f"{'.'.join(path)}={value}"])

@@ -16,7 +16,7 @@ from frictionsim.results import Record
 from frictionsim.solvers.friction_curve import friction_curve
 from tests.support.cases import slow
 from tests.support.problems import BREAKAWAY, CORD_RADIUS, INERTIA, LOAD, R_K, R_S, RAMP
-from tests.support.scenarios import changed, pulley, python, shipped, simulate, with_method
+from tests.support.scenarios import changed, pulley, shipped, simulate, with_method
 from tests.support.wheels import signal, solved
 
 REGULARISED = "effects.shaft_friction.law=regularised"
@@ -132,14 +132,6 @@ def test_a_run_in_which_one_number_of_the_state_overflows_ends_by_name(method: s
     )
     with pytest.raises(NonFinite, match="the state of the motion is not finite after t = "):
         solved(system, 1e3, backend=method)
-
-
-def test_scipy_is_not_imported_by_our_own_backends() -> None:
-    code = (
-        f"import sys; import frictionsim as fs; scenario = fs.load('pulley', [{REGULARISED!r}],"
-        " 'rkf45'); print(fs.solve(scenario).status, 'scipy' in sys.modules)"
-    )
-    assert python("-c", code).stdout.split() == ["done", "False"]
 
 
 # --- a smoothed law is stiff ----------------------------------------------------------------------
