@@ -45,8 +45,8 @@ BESIDE = 0.1  # of the range of speeds, by which the curve reaches farther
 def friction(record: "Record", figure: "Figure | SubFigure", window: "Window" = WHOLE) -> None:
     """Draw the dry friction over the moment of all else, and over the speed with its law."""
     journal = effect_in(record, "shaft_friction")
-    names = ["angular_velocity", "friction_torque"]
-    names += ["lever_arm", "shaft_reaction"] if journal else ["angular_acceleration"]
+    names = ["angular_velocity", "angular_acceleration", "friction_torque"]
+    names += ["shaft_reaction"] if journal else []
     require_channels(record, "friction", names)
     of = _rows(within(record, window), names)
     w, T = of["angular_velocity"], of["friction_torque"]
@@ -54,8 +54,11 @@ def friction(record: "Record", figure: "Figure | SubFigure", window: "Window" = 
     set_title(figure, title_of(record))
     left, right = figure.subplots(1, 2)
     handles: dict[str, Any] = {}
+    scenario = scenario_in(record)
+    # Of a scenario where its effects add to that of the mechanism.
+    turning = scenario if hasattr(scenario, "inertia") else scenario.mechanism
+    moment = moment_of(turning.inertia, of)
     if journal:
-        moment = np.nan_to_num(of["lever_arm"]) * of["shaft_reaction"]
         load = journal.load_of(of["shaft_reaction"]) + 0.0 * w
         limit, kinetic = journal.static_radius * load, _kinetic_radius(journal, w) * load
         for words, values, look in (("static", limit, LIMIT), ("kinetic", kinetic, KINETIC)):
@@ -64,7 +67,6 @@ def friction(record: "Record", figure: "Figure | SubFigure", window: "Window" = 
         with np.errstate(divide="ignore", invalid="ignore"):
             shown, words, unit = T / limit, "friction over its static limit", "1"
     else:
-        moment = moment_of(scenario_in(record).mechanism.inertia, of)
         shown, words, unit = T, "friction", "N m"
     (handles["run"],) = left.plot(moment, np.abs(T), **line_look(0))
     right.plot(w, shown, **line_look(0))

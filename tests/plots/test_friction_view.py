@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 import frictionsim as fs
 from frictionsim.errors import InputError
 from tests.support.records import draw, shown, with_scenario
+from tests.support.scenarios import shipped, simulate
 
 R_S, R_K = (0.0254 * sin(atan(mu)) for mu in (0.2, 0.1))
 
@@ -58,6 +59,19 @@ def test_a_gear_has_the_moment_of_its_equation() -> None:
     a, T = record.channels["angular_acceleration"], record.channels["friction_torque"]
     of_samples = np.abs(inertia * a - T)
     assert np.isin(np.round(of_samples, 9), np.round(moment, 9)).mean() > 0.99  # at other events
+
+
+def test_a_constant_normal_load_leaves_the_moment_of_couples_alone() -> None:
+    data = shipped("stick_slip", effects__gravity=None, effects__shaft_friction__normal_load=20.0)
+    record = simulate(data)
+    spring, (couple,) = data["effects"]["torsion_spring"], data["couples"]
+    of = record.channels
+    assert not of["shaft_reaction"].any()
+    pull = np.interp(record.time, couple["size"]["time"], couple["size"]["value"])
+    of_samples = np.abs(pull - spring["stiffness"] * of["angle"])
+    moment, _ = lines(draw(record, "friction"), 0)["run"]
+    nearest = np.abs(moment[:, None] - of_samples).min(axis=0)
+    assert nearest == pytest.approx(0.0 * nearest, abs=1e-9 * of_samples.max())  # rounding
 
 
 @pytest.mark.parametrize("view", ["response", "friction", "mechanism"])

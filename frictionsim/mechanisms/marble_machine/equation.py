@@ -55,7 +55,7 @@ def build(scenario: MarbleMachineScenario) -> Mechanism:
     k, p, n, m = geometry.gear_ratio, geometry.pitch, geometry.carried, geometry.marble_mass
     R, g = geometry.marble_circle_radius, effects.g
     J = effects.motor_inertia.inertia if effects.motor_inertia else 0.0
-    I = geometry.gear_inertia + n * m * R**2 + k * k * J  # noqa: E741
+    I = scenario.inertia  # noqa: E741
     weight = (geometry.gear_mass + n * m) * g
     lift, half_sine, half = m * g * R, sin(0.5 * p), 0.5 * p
     largest = lift / half_sine

@@ -135,6 +135,14 @@ class MarbleMachineScenario(SingleDofScenario):
     drive: MarbleMachineDrive
     effects: MarbleMachineEffects = MarbleMachineEffects()
 
+    @property
+    def inertia(self) -> float:
+        """Moment of inertia about the axis of the gear, with marbles and motor, kg m^2."""
+        geometry, motor = self.mechanism, self.effects.motor_inertia
+        marbles = geometry.carried * geometry.marble_mass * geometry.marble_circle_radius**2
+        k = geometry.gear_ratio
+        return geometry.gear_inertia + marbles + k * k * (motor.inertia if motor else 0.0)
+
     @model_validator(mode="after")
     def _check_shaft_radius(self) -> Self:
         geometry, journal = self.mechanism, self.effects.shaft_friction
