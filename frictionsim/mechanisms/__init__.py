@@ -9,7 +9,7 @@ build(scenario). `single_dof` has the parts that all of them share: the base of 
 common channels, METRICS and `simulation`.
 
 A new mechanism is a folder of this package, a line in `frictionsim.scenario.kinds`, its views in
-`plots.kinds` and a module of its name in `motion`; or a module of another package with an entry
-point of the group `frictionsim.kinds`. `extension` has what such a module needs, and says what is
-stable.
+the table VIEWS of `plots` and a module of its name in `motion`; or a module of another package with
+an entry point of the group `frictionsim.kinds`. `extension` has what such a module needs, and says
+what is stable.
 """

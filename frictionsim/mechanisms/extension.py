@@ -14,10 +14,9 @@ installed package. The module has
 
 and may have
 
-    VIEWS                 further pictures by name, each a function
-                          view(result, figure, **options) that draws a `Record` into an empty
-                          Figure or SubFigure of matplotlib; `response`, the PANELS over time, is
-                          there without it, and is the default
+    VIEWS                 further pictures by name, each a function view(result, figure) that
+                          draws a `Record` into an empty Figure or SubFigure of matplotlib;
+                          `response`, the PANELS over time, is there without it, and is the default
     EXAMPLE               the text of a scenario in TOML, to start from
     ladders(scenario, tolerances), references(scenario, rtol), tighter(scenario)
                           the settings of a study, its references, and the more accurate setting of
@@ -25,7 +24,9 @@ and may have
 
 The names of `__all__` and the names above are stable: a release that changes or removes one says so
 in the changelog, under "Changed" or "Removed", and has another minor version (another major version
-from 1.0 on). All other names of frictionsim are its own and may change in any release.
+from 1.0 on). All other names of frictionsim are its own and may change in any release; so may what
+two further names of a module are made of, motion(result, sample), see `frictionsim.motion`, and
+mesh_study, see `frictionsim.mechanisms`.
 
 This module imports neither numpy nor matplotlib; a kind that imports them within its functions
 keeps `frictionsim check` fast.

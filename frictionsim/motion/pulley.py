@@ -4,9 +4,9 @@ The load, or the car, hangs on the right and rises where the pulley turns counte
 force pulls the cord down on the left, or to the left from the top. Radii are true to scale, those
 of shaft and friction circles as well; travels longer than the picture allows are drawn smaller.
 The reaction of the shaft is drawn where it acts: at the distance `friction_torque / reaction` from
-the axis, so that it touches the kinetic friction circle while the pulley slips, and stays within
-the static one while it sticks. Marks run with the cord over the wheel, and ticks turn with its rim:
-where they pass each other the cord slips.
+the axis. Where friction is that of the reaction, no constant normal load, it touches the kinetic
+friction circle while the pulley slips, and stays within the static one while it sticks. Marks run
+with the cord over the wheel, and ticks turn with its rim: where they pass each other, it slips.
 """
 
 from math import pi, radians

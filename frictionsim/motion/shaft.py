@@ -4,8 +4,9 @@ A scenario has no outline: it has points at which forces act and radii at which 
 goes to each point that turns with the body; cords and points that are fixed in space have a disc of
 their radius, and so has a body on which only couples act. Forces are arrows from where they act, on
 one scale; a cord leaves the body at its radius and runs with it. The reaction is drawn where it
-acts: at the distance `friction torque / reaction` from the axis, so that it touches the kinetic
-friction circle while the body slips, and stays within the static one while it sticks.
+acts: at the distance `friction torque / reaction` from the axis. Where friction is that of the
+reaction, no constant normal load, it touches the kinetic friction circle while the body slips, and
+stays within the static one while it sticks.
 """
 
 from math import acos, atan2, ceil, hypot, pi, radians

@@ -180,7 +180,7 @@ def statics(scenario: BrakeScenario) -> Quantities:
     }
 
 
-def heat(result: Record, figure: Any, **options: Any) -> None:
+def heat(result: Record, figure: Any) -> None:
     """Draw the power of the brake, and where the energy is, over time."""
     channels = result.channels
     power, energy = figure.subplots(2, 1, sharex=True)
