@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictionsim.errors import InputError
+from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies
 from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, PulleyCircle, belt_path
 from frictionsim.motion.parts import Arrow, Body, Detail, Line, Motion, Part, Readout
 from frictionsim.motion.samples import MAX_FRAMES, REFUSED, Samples, scenario_in
@@ -19,7 +20,8 @@ from frictionsim.scenario.toml_data import scenario_of, scenario_value
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from frictionsim.motion.parts import Array, Bools, Bounds, Integers
+    from frictionsim.mechanisms.belt_drive.schema import BeltDriveScenario
+    from frictionsim.motion.parts import Array, Bounds, Integers
     from frictionsim.results import Record
 
     Floats = npt.NDArray[np.float64]
@@ -53,7 +55,9 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
     stuck = None
     if touched is not None and "sticking" in at:
         stuck = np.where(touched >= 0, at["sticking"][:, drawn] > 0, -1).astype(np.int64)
-    patch = patch_members(record)
+    scenario, patch = scenario_in(record), None
+    if scenario.effects.patches:
+        patch = patch_of_bodies(scenario, body_length_of(scenario))[drawn] >= 0
     length = float(np.hypot(*(points[0] - np.roll(points[0], 1, axis=0)).T).sum())
     belt = Line(
         "belt",
@@ -64,7 +68,7 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
         quantity="tension",
         unit="N",
         stuck=stuck,
-        patch=None if patch is None else patch[drawn],
+        patch=patch,
         spacing=length / min(MARKS, len(drawn)),
     )
     if path is not None:
@@ -255,25 +259,11 @@ def arc_of(path: Path, number: int) -> tuple[float, float]:
     return float(start), float(end)
 
 
-def patch_members(result: "Record") -> "Bools | None":
-    """Return a flag of each body in a patch with another friction, (n,); None without a patch.
+def body_length_of(scenario: "BeltDriveScenario") -> float:
+    """Return the unstretched length of a body, m."""
+    from frictionsim.mechanisms.belt_drive.equilibrium import at_rest  # slow: SciPy
 
-    Patches lie by the unstretched length of the belt, here from the first sample.
-    """
-    if "patch" not in scenario_of(result).get("effects", {}):
-        return None
-    given = scenario_value(result, "effects", "patch")
-    x, y = (np.asarray(result.channels[axis][0]) for axis in "xy")
-    length = np.hypot(x - np.roll(x, 1), y - np.roll(y, 1))
-    belt = scenario_value(result, "mechanism", "belt")
-    if "tension" in result.channels and "axial_rigidity" in belt:
-        strain = np.asarray(result.channels["tension"][0]) / float(belt["axial_rigidity"])
-        length = length / (1.0 + strain)
-    places = (np.arange(len(x)) + 0.5) * float(length.mean())
-    inside = np.zeros(len(x), dtype=bool)
-    for patch in given if isinstance(given, list) else [given]:
-        inside |= (places >= patch["from"]) & (places < patch["to"])
-    return inside
+    return at_rest(scenario).body_length
 
 
 def wear_of(record: "Record", sample: int = -1) -> tuple["Floats", "Floats"]:
@@ -281,8 +271,6 @@ def wear_of(record: "Record", sample: int = -1) -> tuple["Floats", "Floats"]:
 
     The work is that from the start until a sample.
     """
-    from frictionsim.mechanisms.belt_drive.equilibrium import at_rest  # slow: SciPy
-
-    length = at_rest(scenario_in(record)).body_length
+    length = body_length_of(scenario_in(record))
     work = np.asarray(record.channels["friction_work"][sample]) / length
     return np.linspace(0.0, length * len(work), len(work) + 1), work
