@@ -10,16 +10,12 @@ stays within the static one while it sticks.
 """
 
 from math import acos, atan2, ceil, hypot, pi, radians
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.mechanisms.shaft.free_body import (
-    AppliedForce,
-    FreeBody,
-    channels_needed,
-    free_body,
-)
+from frictionsim.mechanisms.shaft.equation import load_of, weights_of
+from frictionsim.mechanisms.shaft.loads import ANGLE, SPEED, TIME
 from frictionsim.motion.parts import (
     FORCE_ROLES,
     Arrow,
@@ -36,7 +32,6 @@ from frictionsim.motion.shapes import (
     arc,
     bounds_of,
     journal_of,
-    points_of,
     reaction,
     scale_of,
     torque_arc,
@@ -45,7 +40,8 @@ from frictionsim.motion.shapes import (
 )
 
 if TYPE_CHECKING:
-    from frictionsim.mechanisms.shaft.schema import ShaftScenario
+    from frictionsim.mechanisms.shaft.loads import Load
+    from frictionsim.mechanisms.shaft.schema import Couple, Force, ShaftScenario
     from frictionsim.motion.parts import Array, Role
     from frictionsim.results import Record
 
@@ -59,7 +55,11 @@ ARC, ARC_SPACING = 0.5, 0.2  # radius of the arc of the first couple; how much s
 COIL, MAX_COILS = 1.5, 6.0  # turns of a torsion spring: at least; with more it is left out
 HUB_OF_SHAFT = 1.7  # radius of a hub relative to its shaft
 BARE_RADIUS = 5.0  # radius of a body on which only couples act, relative to its shaft
-KINDS: "dict[str, Role]" = {"weight": "load", "inertia": "path"}
+# Names with spaces, which no force or couple of a scenario has.
+WEIGHTS = "weight of the body", "weight of the eccentric mass"
+INERTIA_FORCE = "inertia force of the eccentric mass"
+ROLES: "dict[str, Role]" = {**dict.fromkeys(WEIGHTS, "load"), INERTIA_FORCE: "path"}
+VANISHES = 1e-9  # of the sum of the sizes: a resultant that is not larger is rounding
 READOUTS = {
     "angle": "angle",
     "angular_velocity": "angular velocity",
@@ -88,36 +88,26 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
     at, scenario = Samples(record, sample), scenario_in(record)
     angle, size = at["angle"], sizes_of(scenario)
     reach, (journal, details) = size.reach, journal_of(at, size.shaft)
-    parts, scale, sizes = [*_bodies(scenario, size, angle), *journal], 0.0, list[Readout]()
-    body = _free_body(at, scenario)
-    if body is not None:
-        torque = at.get("friction_torque", at.still)
-        lever = reaction(*body.reaction, torque, body.reaction_vanishes)
-        forces = [*_arrows(body, reach), lever]
-        scale = scale_of(forces, ARROW * reach)
-        parts += [
-            *_cords(scenario, body, angle - at.whole("angle")[0]),
-            *forces[:-1],
-            *_couples(scenario, body, reach),
-            *torque_arc("torque of the drive", at.get("drive_torque", at.still), 0.6 * reach),
-        ]
+    parts, scale, resisting = [*_bodies(scenario, size, angle), *journal], 0.0, list[Readout]()
+    if _is_known(at, scenario):
+        cords, forces = _forces(at, scenario, reach)
+        torque, resisting = at.get("friction_torque", at.still), _resisting(at, scenario)
+        lever = _reaction(forces, torque)
+        scale = scale_of([*forces, lever], ARROW * reach)
+        parts += [*cords, *forces, *_couples(at, scenario, reach)]
+        drive = at.get("drive_torque", at.still)
+        parts += torque_arc("torque of the drive", drive, 0.6 * reach)
         if torque.any():
             line = np.stack([np.zeros_like(lever.foot), lever.foot], axis=1)
             parts.append(Line("lever arm of the reaction", line, "cord"))
         parts.append(lever)
-        given = {couple.name for couple in scenario.couples}
-        sizes = [
-            Readout(couple.name, "N m", couple.size)
-            for couple in body.couples
-            if couple.name not in given
-        ]
     drawn = [part for part in parts if not isinstance(part, Body)]
     return Motion(
         at.time,
         tuple(parts),
         bounds_of(drawn, reach, 0.12 * reach, scale),
         scale,
-        (*at.contact(), *at.readouts(READOUTS), *sizes),
+        (*at.contact(), *at.readouts(READOUTS), *resisting),
         details,
     )
 
@@ -224,9 +214,10 @@ def _stops(scenario: "ShaftScenario", sizes: Sizes) -> tuple[Outline, ...]:
     return tuple(outlines)
 
 
-def _turned(points: "Array", angle: float) -> "Array":
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return points @ np.array([[cosine, sine], [-sine, cosine]])
+def _turned(points: "Array", angle: Any) -> "Array":
+    """Return points (n, 2) that have turned about the axis; or one (2,), by angles (frames,)."""
+    (x, y), cosine, sine = points.T, np.cos(angle), np.sin(angle)
+    return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
 
 
 def _spring(scenario: "ShaftScenario", sizes: Sizes, angle: "Array") -> "Array | None":
@@ -252,54 +243,89 @@ def _spring(scenario: "ShaftScenario", sizes: Sizes, angle: "Array") -> "Array |
 # What acts on it.
 
 
-def _free_body(at: Samples, scenario: "ShaftScenario") -> FreeBody | None:
-    needed = channels_needed(scenario)
-    if any(name not in at for name in needed):
-        return None
-    rest = ("angular_velocity", "angular_acceleration")
-    rates = [at[name] if name in needed else at.still for name in rest]
-    return free_body(scenario, (at.time, at["angle"], rates[0], rates[1]))
+def _is_known(at: Samples, scenario: "ShaftScenario") -> bool:
+    """Return whether a result has the channels that the forces depend on."""
+    effects, names = scenario.effects, list[str]()
+    given: list[Force | Couple] = [*scenario.forces, *scenario.couples]
+    over_speed = any(load_of(part).over == SPEED for part in given)
+    if over_speed or effects.viscous_damping is not None or effects.eccentric_mass is not None:
+        names.append("angular_velocity")
+    if effects.eccentric_mass is not None:
+        names.append("angular_acceleration")
+    if effects.shaft_friction is not None:
+        names.append("friction_torque")
+    return all(name in at for name in names)
 
 
-def _cords(scenario: "ShaftScenario", body: FreeBody, turned: "Array") -> list[Part]:
-    """Return the cords, which run with the body: by the radius times its angle, along the pull."""
-    reach, parts = sizes_of(scenario).reach, list[Part]()
-    for force, shown in zip(scenario.forces, body.forces, strict=False):
+def _size(at: Samples, load: "Load") -> "Array":
+    """Return the size of a load, (frames,) in N or N m."""
+    over = {TIME: "time", ANGLE: "angle", SPEED: "angular_velocity"}[load.over]
+    return np.array([load.size(value) for value in at[over].tolist()])
+
+
+def _forces(at: Samples, scenario: "ShaftScenario", reach: float) -> tuple[list[Line], list[Arrow]]:
+    """Return the cords, which run with the body, and the forces on it without the reaction.
+
+    A cord of arm r that leaves the body in the unit direction d touches it at the point p with
+    p x d = r, which is r (d_y, -d_x). The arrow of its force is at its end.
+    """
+    angle, cords, forces = at["angle"], list[Line](), list[Arrow]()
+    cosine, sine = np.cos(angle), np.sin(angle)
+    for i, force in enumerate(scenario.forces):
+        load = load_of(force)
+        parts = zip(*(triple[1:] for triple in load.arms), strict=True)
+        along = vectors(*(a + b * cosine + c * sine for a, b, c in parts))
         if force.cord_radius is not None:
-            points = points_of((shown.x, shown.y), _tail(shown, reach))
-            run = force.cord_radius * turned
-            parts.append(Line("cord", points, "cord", travel=run, spacing=MARKS * reach))
-    return parts
+            start = force.cord_radius * vectors(along[:, 1], -along[:, 0])
+            foot = start + CORD * reach * along
+            run = force.cord_radius * (angle - at.whole("angle")[0])
+            points = np.stack([start, foot], axis=1)
+            cords.append(Line("cord", points, "cord", travel=run, spacing=MARKS * reach))
+        else:
+            foot = _turned(np.array(force.point), angle if force.point_turns else at.still)
+        role = FORCE_ROLES[i % len(FORCE_ROLES)]
+        forces.append(Arrow(force.name, foot, _size(at, load)[:, None] * along, role))
+    places, eccentric = [vectors(at.still, 0.0)], scenario.effects.eccentric_mass
+    if eccentric is not None:
+        azimuth = angle + radians(eccentric.azimuth_deg)
+        places.append(_turned(np.array([eccentric.radius, 0.0]), azimuth))
+    for name, load, place in zip(WEIGHTS, weights_of(scenario), places, strict=False):
+        if (size := load.size(0.0)) != 0.0:
+            forces.append(Arrow(name, place, vectors(at.still, -size), ROLES[name]))
+    if eccentric is not None:
+        # The centre of mass accelerates by a J p - w^2 p at the place p, J a quarter turn.
+        (x, y), w, a = places[1].T, at["angular_velocity"], at["angular_acceleration"]
+        inert = eccentric.mass * vectors(w * w * x + a * y, w * w * y - a * x)
+        forces.append(Arrow(INERTIA_FORCE, places[1], inert, ROLES[INERTIA_FORCE]))
+    return cords, forces
 
 
-def _tail(force: AppliedForce, reach: float) -> "tuple[Array, Array]":
-    """Return the start of the arrow of a force, m: where it acts, or the end of its cord."""
-    if force.kind != "cord":
-        return force.x, force.y
-    return force.x + CORD * reach * force.along_x, force.y + CORD * reach * force.along_y
+def _reaction(forces: list[Arrow], torque: "Array") -> Arrow:
+    """Return the force of the shaft, which balances all others; friction has the torque, N m."""
+    across, up = -sum((force.vector for force in forces), np.zeros((len(torque), 2))).T
+    scale = sum((force.size for force in forces), np.zeros(len(torque)))
+    return reaction(across, up, torque, np.hypot(across, up) <= VANISHES * scale)
 
 
-def _arrows(body: FreeBody, reach: float) -> list[Arrow]:
-    return [
-        Arrow(
-            force.name,
-            vectors(*_tail(force, reach)),
-            vectors(force.across, force.up),
-            # Those of the scenario are the first.
-            KINDS.get(force.kind, FORCE_ROLES[i % len(FORCE_ROLES)]),
-        )
-        for i, force in enumerate(body.forces)
-    ]
-
-
-def _couples(scenario: "ShaftScenario", body: FreeBody, reach: float) -> list[Part]:
+def _couples(at: Samples, scenario: "ShaftScenario", reach: float) -> list[Line]:
     """Return the couples that the scenario gives, as arcs on one scale, each on its radius."""
-    given = {couple.name for couple in scenario.couples}
-    drawn = [couple for couple in body.couples if couple.name in given]
-    largest = max((float(np.abs(couple.size).max()) for couple in drawn), default=0.0)
-    parts: list[Part] = []
-    for i, couple in enumerate(drawn):
+    sizes = [_size(at, load_of(couple)) for couple in scenario.couples]
+    largest = max((float(np.abs(size).max()) for size in sizes), default=0.0)
+    arcs: list[Line] = []
+    for i, (couple, size) in enumerate(zip(scenario.couples, sizes, strict=True)):
         role = FORCE_ROLES[(len(scenario.forces) + i) % len(FORCE_ROLES)]
-        radius = ARC * reach / (1.0 + ARC_SPACING * i)
-        parts += torque_arc(couple.name, couple.size, radius, largest, role)
-    return parts
+        arcs += torque_arc(couple.name, size, ARC * reach / (1.0 + ARC_SPACING * i), largest, role)
+    return arcs
+
+
+def _resisting(at: Samples, scenario: "ShaftScenario") -> list[Readout]:
+    """Return the couples of spring and damping."""
+    spring, damping = scenario.effects.torsion_spring, scenario.effects.viscous_damping
+    couples: list[Readout] = []
+    if spring is not None:
+        twist = at["angle"] - radians(spring.free_angle_deg)
+        couples.append(Readout("torsion spring", "N m", -spring.stiffness * twist))
+    if damping is not None:
+        torque = -damping.coefficient * at["angular_velocity"]
+        couples.append(Readout("viscous damping", "N m", torque))
+    return couples

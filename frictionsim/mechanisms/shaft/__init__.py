@@ -8,7 +8,6 @@ The model is in
     balance           the unknowns of eq 24, the body at rest, linear in one, and the roots
     turn              the smallest and the largest root over a turn
     statics           the body at rest, its roots, and what is said about them
-    free_body         where each force acts, for pictures
 """
 
 from math import sqrt
