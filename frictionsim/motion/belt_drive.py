@@ -11,11 +11,10 @@ import numpy as np
 
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.belt import patch_of_bodies
-from frictionsim.mechanisms.belt_drive.geometry import Path, PathError, PulleyCircle, belt_path
+from frictionsim.mechanisms.belt_drive.geometry import Path, PulleyCircle
 from frictionsim.motion.parts import Arrow, Body, Detail, Line, Motion, Part, Readout
 from frictionsim.motion.samples import MAX_FRAMES, REFUSED, Samples, scenario_in
 from frictionsim.motion.shapes import bounds_around, scale_of, wheel
-from frictionsim.scenario.toml_data import scenario_of, scenario_value
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -42,20 +41,20 @@ def motion(record: "Record", sample: int | None = None) -> Motion:
     """
     for name in "xy":
         Samples(record, sample, MIN_FRAMES)[name]
-    bodies = record.channels["x"].shape[1]
+    bodies, scenario = record.channels["x"].shape[1], scenario_in(record)
     stride = -(-bodies // MAX_POINTS)
-    path = guiding_path(record, -1 if sample is None else sample) if stride == 1 else None
+    path = scenario.mechanism.path() if stride == 1 and scenario.guided else None
     pieces, drawn = PIECES if path is not None else 1, np.arange(0, bodies, stride)
     count = MAX_VALUES // (pieces * len(drawn))
     at = Samples(record, sample, max(MIN_FRAMES, min(MAX_FRAMES, count)))
-    pulleys = pulleys_of(record)
+    pulleys = scenario.mechanism.circles
     points = np.stack([at[axis][:, drawn] for axis in "xy"], axis=-1)
     touched = at["pulley_index"][:, drawn].astype(int) if "pulley_index" in at else None
     tension = at["tension"][:, drawn] if "tension" in at else None
     stuck = None
     if touched is not None and "sticking" in at:
         stuck = np.where(touched >= 0, at["sticking"][:, drawn] > 0, -1).astype(np.int64)
-    scenario, patch = scenario_in(record), None
+    patch = None
     if scenario.effects.patches:
         patch = patch_of_bodies(scenario, body_length_of(scenario))[drawn] >= 0
     length = float(np.hypot(*(points[0] - np.roll(points[0], 1, axis=0)).T).sum())
@@ -186,46 +185,7 @@ def _readouts(at: Samples, tension: "Array | None") -> tuple[Readout, ...]:
     return tuple(readouts)
 
 
-# The line of a belt: of a guided string where it is, of others where the ideal one is.
-
-LINE_TOLERANCE = 1e-3  # of the smallest radius: points no further off are on the line
-
-
-def pulleys_of(record: "Record") -> list[PulleyCircle]:
-    """Return the pulleys of the scenario, in their order."""
-    where = ("mechanism", "pulleys")
-
-    def of(number: int, *keys: str | int) -> Any:
-        return scenario_value(record, *where, number, *keys)
-
-    return [
-        PulleyCircle(
-            str(of(i, "name")),
-            (float(of(i, "center", 0)), float(of(i, "center", 1))),
-            float(of(i, "radius")),
-            table.get("side", "inside"),
-        )
-        for i, table in enumerate(scenario_value(record, *where))
-    ]
-
-
-def path_of(record: "Record") -> Path | None:
-    """Return the line of an ideal taut belt round the pulleys of a scenario, if there is one."""
-    try:
-        return belt_path(pulleys_of(record))
-    except (PathError, InputError):
-        return None
-
-
-def guiding_path(result: "Record", sample: int) -> Path | None:
-    """Return the line that the points of a guided string lie on; None for bodies in the plane."""
-    path = None if "contact" in scenario_of(result).get("effects", {}) else path_of(result)
-    if path is None:
-        return None
-    points = np.column_stack([result.channels["x"][sample], result.channels["y"][sample]])
-    off = np.hypot(*(path.at(places_on(path, points)).position - points).T)
-    radius = min(pulley.radius for pulley in pulleys_of(result))
-    return path if np.max(off, initial=0.0) <= LINE_TOLERANCE * radius else None
+# The line of a belt.
 
 
 def places_on(path: Path, points: "Floats") -> "Floats":
@@ -251,12 +211,6 @@ def places_on(path: Path, points: "Floats") -> "Floats":
     places = np.array(candidates) % path.length
     off = [np.hypot(*(path.at(place).position - points).T) for place in places]
     return np.asarray(places[np.argmin(off, axis=0), np.arange(len(points))])
-
-
-def arc_of(path: Path, number: int) -> tuple[float, float]:
-    """Return the places, m, at which the arc of a pulley begins and ends."""
-    start, end = path.arc_ends[:, number]
-    return float(start), float(end)
 
 
 def body_length_of(scenario: "BeltDriveScenario") -> float:

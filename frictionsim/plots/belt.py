@@ -18,7 +18,7 @@ from frictionsim.mechanisms.belt_drive.slip import (
     span_tensions,
     speed_at_rest,
 )
-from frictionsim.motion.belt_drive import arc_of, path_of, places_on, pulleys_of, wear_of
+from frictionsim.motion.belt_drive import places_on, wear_of
 from frictionsim.motion.samples import scenario_in
 from frictionsim.plots.mechanism import draw_mechanism
 from frictionsim.plots.over_time import WHOLE, over_time, panels_of, within, write_above
@@ -32,7 +32,6 @@ from frictionsim.plots.style import (
     single_panel,
     title_of,
 )
-from frictionsim.scenario.toml_data import scenario_of
 from frictionsim.simulation.averages import last_part, last_seconds, time_mean
 from frictionsim.solvers.friction_curve import KINETIC_FROM, friction_curve, rising_part
 
@@ -46,10 +45,6 @@ if TYPE_CHECKING:
     from frictionsim.results import Record
 
     Array = npt.NDArray[np.float64]
-
-
-def _has_friction(record: "Record") -> bool:
-    return "belt_friction" in scenario_of(record).get("effects", {})
 
 
 # Speeds and slip over time.
@@ -77,17 +72,15 @@ def speeds(
     require_channels(record, "speeds", names)
     panels = {name.replace("_", " "): {name: ""} for name in names}
     slip = slip_of(record)
-    if slip is not None:
-        label = f"slip of {slip.driven}"
-        panels[label] = {SLIP: ""}
-        record = record._replace(
-            channels={**record.channels, SLIP: slip.percent},
-            axes=record.axes | {SLIP: ""},
-            units=record.units | {SLIP: "%"},
-        )
+    label = f"slip of {slip.driven}"
+    panels[label] = {SLIP: ""}
+    record = record._replace(
+        channels={**record.channels, SLIP: slip.percent},
+        axes=record.axes | {SLIP: ""},
+        units=record.units | {SLIP: "%"},
+    )
     axes, handles = over_time([record], panels, figure, window=window)
-    if slip is not None:
-        handles |= _draw_slip(axes[label], record, slip.driver, window)
+    handles |= _draw_slip(axes[label], record, slip.driver, window)
     add_legend(figure, handles)
 
 
@@ -100,21 +93,18 @@ class Slip(NamedTuple):
     percent: "Array"
 
 
-def slip_of(record: "Record") -> Slip | None:
-    """Return the slip by the definition of the summary; None without the radii of the pulleys."""
-    path = path_of(record)
+def slip_of(record: "Record") -> Slip:
+    """Return the slip by the definition of the summary."""
+    geometry, part = scenario_in(record).mechanism, averaged_part(record)
     time, speed = record.time, np.asarray(record.channels["pulley_speed"])
-    if path is None or len(path.arcs) != speed.shape[1]:
-        return None
-    pulleys = pulleys_of(record)
-    part = averaged_part(record)
-    radii, at_rest = np.array([pulley.radius for pulley in pulleys]), _speed_at_rest(record)
+    radii = np.array([pulley.radius for pulley in geometry.pulleys])
+    at_rest = _speed_at_rest(record, geometry.belt.mass_per_length)
     torque = np.asarray(record.channels["pulley_torque"])
     ends = ends_of(time, torque, speed, part, at_rest / radii)
-    percent = slip_percent(speed * senses_of(path) * radii, ends, at_rest)
+    percent = slip_percent(speed * senses_of(geometry.path()) * radii, ends, at_rest)
     drive = np.abs(speed[:, ends.drive])
     percent = np.where(drive >= FAST * drive.max(), percent, np.nan)
-    return Slip(pulleys[ends.drive].name, pulleys[ends.driven].name, percent)
+    return Slip(geometry.names[ends.drive], geometry.names[ends.driven], percent)
 
 
 def _draw_slip(ax: Any, record: "Record", driver: str, window: "Window") -> dict[str, Any]:
@@ -177,16 +167,17 @@ def averaged_periods(record: "Record") -> float | None:
     return duration.value
 
 
-def _speed_at_rest(record: "Record") -> float:
-    """Return the speed, m/s, below which a driver is at rest with the tensions of the summary."""
+def _speed_at_rest(record: "Record", mass: float) -> float:
+    """Return the speed, m/s, below which a driver is at rest with the tensions of the summary.
+
+    The mass of the belt is that of a metre, kg/m.
+    """
     spans = [
         quantity.value
         for name, quantity in record.quantities.items()
         if name.startswith("tension_") and "_to_" in name and quantity.value is not None
     ]
-    belt = scenario_of(record).get("mechanism", {}).get("belt", {})
-    mass = float(belt.get("mass_per_length", 0.0))
-    return speed_at_rest(float(np.mean(spans)), mass) if spans and mass > 0.0 else 0.0
+    return speed_at_rest(float(np.mean(spans)), mass) if spans else 0.0
 
 
 # The tension along the belt.
@@ -217,9 +208,8 @@ def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) ->
     Places are those on the line of an ideal belt, from where it leaves the first pulley.
     """
     require_channels(record, "tension", ("x", "y", "pulley_index", "tension"))
-    pulleys, path = pulleys_of(record), path_of(record)
-    if path is None:
-        raise InputError("cannot draw the view 'tension': no belt fits the pulleys of this result")
+    geometry = scenario_in(record).mechanism
+    names, path = geometry.names, geometry.path()
     last = sample % len(record.time) + 1
     part = record._replace(channels={n: v[:last] for n, v in record.channels.items()})
     samples = np.flatnonzero(averaged_part(part))
@@ -236,21 +226,19 @@ def tension(record: "Record", figure: "Figure | SubFigure", sample: int = -1) ->
         (handles[words],) = ax.plot(
             around, values.take(range(-1, len(values) + 1), mode="wrap"), **line_look(i)
         )
-    means = mean_spans(part, samples, len(pulleys))
+    means = mean_spans(part, samples, len(names))
     summary = ", as in the summary" if last == len(record.time) else ""
-    ends, names = path.breakpoints, dict[float, str]()
-    for i, pulley in enumerate(pulleys):
+    ends, above = path.breakpoints, dict[float, str]()
+    for i, (start, end) in enumerate(path.arc_ends.T.tolist()):
         (line,) = ax.plot(ends[2 * i : 2 * i + 2], [means[i]] * 2, **line_look(2))
         handles[f"mean of a span{summary}"] = line
-        start, end = arc_of(path, i)
         ax.axvspan(start, end, color=ARC_SHADES[0], linewidth=0)
         handles["wrap of an ideal belt"] = Patch(color=ARC_SHADES[0])
-        names[0.5 * (start + end)] = pulley.name
+        above[0.5 * (start + end)] = names[i]
     ax.set_xlim(0.0, path.length)
-    write_above(ax, names, (0.0, path.length))
+    write_above(ax, above, (0.0, path.length))
     ax.set_ylabel(axis_label("tension", record.units["tension"]))
-    first, second, *_ = (pulley.name for pulley in pulleys)
-    words = f"distance along the belt from {first} towards {second}"
+    words = f"distance along the belt from {names[0]} towards {names[1]}"
     ax.set_xlabel(axis_label(words, "m", int(0.8 * letters_across(figure))))
     add_legend(figure, handles)
 
@@ -276,10 +264,11 @@ def body(
 
     The default is the body that touches pulleys for the longest time.
     """
+    scenario = scenario_in(record)
     names = ["pulley_speed", "tension", "normal_force"]
-    names += ["friction_force", "slip_velocity"] if _has_friction(record) else []
+    names += ["friction_force", "slip_velocity"] if scenario.effects.belt_friction else []
     require_channels(record, "body", [*names, "pulley_index"])
-    pulleys, index = pulleys_of(record), np.asarray(record.channels["pulley_index"])
+    pulleys, index = scenario.mechanism.names, np.asarray(record.channels["pulley_index"])
     number = int(np.argmax(np.sum(index >= 0, axis=0))) if body is None else body
     if not 0 <= number < index.shape[1]:
         raise InputError(
@@ -308,8 +297,8 @@ def body(
             colour = ARC_SHADES[value % len(ARC_SHADES)]
             for ax in axes:
                 ax.axvspan(start, end, color=colour, linewidth=0)
-            places[float(0.5 * (start + end))] = pulleys[value].name
-            handles[f"body {number} on {pulleys[value].name}"] = Patch(color=colour)
+            places[float(0.5 * (start + end))] = pulleys[value]
+            handles[f"body {number} on {pulleys[value]}"] = Patch(color=colour)
     ends = axes[-1].get_xlim()
     write_above(axes[0], places, ends)
     if "slip_velocity" in names and "sticking" in record.channels:
@@ -353,12 +342,13 @@ def friction(record: "Record", figure: "Figure | SubFigure") -> None:
     ax = single_panel(figure, 4.5, title_of(record))
     ax.margins(x=0.05)
     handles: dict[str, Any] = {}
-    for j, pulley in enumerate(pulleys_of(record)):
+    scenario = scenario_in(record)
+    for j, name in enumerate(scenario.mechanism.names):
         on = np.flatnonzero((index == j) & (normal > 0.0))
         few = on[:: -(-on.size // MAX_POINTS)] if on.size else on
         ratio, speed = force.ravel()[few] / normal.ravel()[few], slip.ravel()[few]
         look: Look = {"color": line_look(j)["color"], "linestyle": "", "rasterized": True}
-        (handles[f"bodies on {pulley.name}"],) = ax.plot(
+        (handles[f"bodies on {name}"],) = ax.plot(
             speed, ratio, marker="o", markersize=2.5, mew=0.0, zorder=3, **look
         )
         residual = np.abs(speed) > SEEN_SLIP * fastest
@@ -366,7 +356,7 @@ def friction(record: "Record", figure: "Figure | SubFigure") -> None:
             ring: Look = {"marker": "o", "mfc": "none", "markersize": 5.0, "mew": 0.6, "zorder": 3}
             ax.plot(speed[of], ratio[of], **look, **ring)
             handles["sticks, with residual slip"] = Line2D([], [], color=GREY, linestyle="", **ring)
-    handles |= _draw_law(ax, record, fastest)
+    handles |= _draw_law(ax, record, scenario.effects, fastest)
     ax.axhline(0.0, color=BLACK, linewidth=0.5)
     ax.set_ylabel("friction over normal force, 1")
     words = "slip velocity of the rim against the belt"
@@ -374,10 +364,9 @@ def friction(record: "Record", figure: "Figure | SubFigure") -> None:
     add_legend(figure, handles)
 
 
-def _draw_law(ax: Any, record: "Record", fastest: float) -> dict[str, Any]:
+def _draw_law(ax: Any, record: "Record", effects: Any, fastest: float) -> dict[str, Any]:
     """Draw mu(v) of each pair of coefficients up to a slip velocity, m/s."""
-    effects, handles = scenario_in(record).effects, dict[str, Any]()
-    law = effects.belt_friction
+    law, handles = effects.belt_friction, dict[str, Any]()
     steps = record.statistics.steps if record.statistics else 1
     speed = law.transition_speed
     tables = (law, *law.pulleys.values(), *effects.patches)
@@ -453,6 +442,7 @@ def drive(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> N
     The belt is coloured by its tension. Outward bars are the normal forces on its bodies, inward
     bars the friction forces. A strip on the belt is black where it sticks, white where it slips.
     """
-    more = ("friction_force", "sticking") if _has_friction(record) else ()
+    has_friction = scenario_in(record).effects.belt_friction is not None
+    more = ("friction_force", "sticking") if has_friction else ()
     require_channels(record, "drive", (*NEEDED, *more))
     draw_mechanism(record, figure, sample)

@@ -38,7 +38,7 @@ from frictionsim.plots.style import (
     single_panel,
     title_of,
 )
-from frictionsim.scenario.toml_data import scenario_of, scenario_value
+from frictionsim.scenario.toml_data import scenario_of
 from frictionsim.simulation.record import sticking_phases, with_jumps
 
 if TYPE_CHECKING:
@@ -226,8 +226,8 @@ def with_derived(record: "Record") -> "Record":
 
     Each is there if the channels are from which it follows; a gap only if the rope falls slack.
     """
-    radius = float(scenario_value(record, "mechanism", "cord_radius"))
-    begin = radians(float(scenario_value(record, "mechanism", "initial_angle_deg")))
+    geometry = scenario_in(record).mechanism
+    radius, begin = geometry.cord_radius, radians(geometry.initial_angle_deg)
 
     def derived(of: Mapping[str, Any]) -> dict[str, Any]:
         new: dict[str, Any] = {}
@@ -328,7 +328,7 @@ def torque_of_machine(
     scale is finer.
     """
     require_channels(record, "torque", ("angle", "motor_torque"))
-    ratio = scenario_value(record, "mechanism", "gear_ratio")
+    ratio = scenario_in(record).mechanism.gear_ratio
     shown = within(record, window)
     names = {"load_torque": "load of the marbles", "friction_torque": "friction"}
     resisting = {w: np.asarray(shown.channels[n]) for n, w in names.items() if n in shown.channels}

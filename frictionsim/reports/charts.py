@@ -17,9 +17,9 @@ import numpy as np
 from frictionsim.display import COLOURS, GREY, MAX_MARKS, event_colour, event_dashes, labelled
 from frictionsim.errors import InputError
 from frictionsim.mechanisms.belt_drive.slip import span_tensions
+from frictionsim.motion.samples import scenario_in
 from frictionsim.reports.html import chart_text
 from frictionsim.scenario.kinds import mechanism_module
-from frictionsim.scenario.toml_data import scenario_value
 from frictionsim.simulation.record import (
     event_labels,
     insert_jumps,
@@ -168,8 +168,8 @@ def _spans(record: "Record", run: int) -> Iterator[Line]:
     if not {"tension", "pulley_index"} <= record.channels.keys():
         return
     try:
-        names = [str(each["name"]) for each in scenario_value(record, "mechanism", "pulleys")]
-    except (InputError, KeyError, TypeError):  # of another program, or edited
+        names = scenario_in(record).mechanism.names
+    except InputError:  # of another program, or edited
         return
     time = np.asarray(record.channels["time"], dtype=float)
     some = np.unique(np.linspace(0, len(time) - 1, min(len(time), MAX_SPAN_SAMPLES)).astype(int))

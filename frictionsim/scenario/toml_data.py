@@ -248,18 +248,6 @@ def scenario_of(result: "Record") -> dict[str, Any]:
         raise InputError(f"cannot read the scenario in this result: {error}") from None
 
 
-def scenario_value(result: "Record", *keys: str | int) -> Any:
-    """Return the value at a path of keys of the scenario of a result."""
-    value: Any = scenario_of(result)
-    for key in keys:
-        try:
-            value = value[key]
-        except (KeyError, TypeError, IndexError):
-            where = ".".join(map(str, keys))
-            raise InputError(f"the scenario in this result has no {where}") from None
-    return value
-
-
 def differing_keys(results: "Sequence[Record]") -> dict[str, list[Any]]:
     """Return the keys, as of --set, in which the scenarios of results differ.
 
