@@ -70,7 +70,7 @@ VIEWS: Mapping[str, Views] = {
     },
     "belt_drive": {
         "speeds": View(belt.speeds, OVER_TIME, overlaid=("pulley_speed", "pulley_torque")),
-        "drive": View(belt.drive, ("time",)),
+        "drive": MECHANISM,
         "tension": View(belt.tension, ("time",)),
         "body": View(belt.body, ("window", "body")),
         "friction": View(belt.friction, effect="belt_friction"),

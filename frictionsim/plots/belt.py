@@ -1,4 +1,4 @@
-"""The views of a belt drive: over time with its slip, along the belt, one body, the drive."""
+"""The views of a belt drive: over time with its slip, along the belt, one body."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -20,7 +20,6 @@ from frictionsim.mechanisms.belt_drive.slip import (
 )
 from frictionsim.motion.belt_drive import places_on, wear_of
 from frictionsim.motion.samples import scenario_in
-from frictionsim.plots.mechanism import draw_mechanism
 from frictionsim.plots.over_time import WHOLE, over_time, panels_of, within, write_above
 from frictionsim.plots.style import (
     Look,
@@ -429,20 +428,3 @@ def wear(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> No
     words = "distance along the unstretched belt, from the first pulley at the start"
     ax.set_xlabel(axis_label(words, "m", letters_across(figure)))
     add_legend(figure, handles)
-
-
-# The drive.
-
-NEEDED = ("x", "y", "tension", "normal_force", "pulley_index")
-
-
-def drive(record: "Record", figure: "Figure | SubFigure", sample: int = -1) -> None:
-    """Draw belt and pulleys at a sample, with the forces on the bodies as bars.
-
-    The belt is coloured by its tension. Outward bars are the normal forces on its bodies, inward
-    bars the friction forces. A strip on the belt is black where it sticks, white where it slips.
-    """
-    has_friction = scenario_in(record).effects.belt_friction is not None
-    more = ("friction_force", "sticking") if has_friction else ()
-    require_channels(record, "drive", (*NEEDED, *more))
-    draw_mechanism(record, figure, sample)
