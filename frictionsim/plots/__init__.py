@@ -22,11 +22,10 @@ from frictionsim.plots.over_time import (
     MAX_PANELS,
     WHOLE,
     check_channel,
-    check_numbers,
     over_time,
     panels_of,
 )
-from frictionsim.plots.style import MAX_LINES, add_legend, new_figure
+from frictionsim.plots.style import MAX_LINES, add_legend, check_drawn, new_figure
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.toml_data import scenario_of
 
@@ -143,7 +142,7 @@ def draw(
     chosen = view_of(record.attributes["kind"], view, given)
     if not record.channels["time"].size:
         raise InputError("cannot draw this result: it has no samples")
-    check_numbers(record)
+    check_drawn("result", record.channels, record.events)
     if chosen.effect and chosen.effect not in scenario_of(record).get("effects", {}):
         raise InputError(
             f"cannot draw the view '{view}': the scenario of this result has no"
@@ -226,7 +225,7 @@ def draw_several(
     first = records[0]
     chosen = view_of_several(first.attributes["kind"], view)
     for record in records:
-        check_numbers(record)
+        check_drawn("result", record.channels, record.events)
         for name in channels:
             check_channel(record, name)
     wanted = [next(iter(of)) for of in panels_of(first, channels or chosen.overlaid or ()).values()]

@@ -11,7 +11,6 @@ from matplotlib.patches import Patch
 from frictionsim.display import (
     BLACK,
     GREY,
-    MAX_DRAWN,
     MAX_MARKS,
     STICK_SHADE,
     event_colour,
@@ -313,14 +312,3 @@ def part_of(record: "Record", samples: slice) -> "Record":
     chosen = (at >= channels["time"][0]) & (at <= channels["time"][-1])
     events = {name: np.asarray(values)[chosen] for name, values in record.events.items()}
     return record._replace(channels=channels, events=events)
-
-
-def check_numbers(record: "Record") -> None:
-    """Check that no number of a result is so large that a scale of it would overflow."""
-    for name, values in [*record.channels.items(), *record.events.items()]:
-        if isinstance(values, np.ndarray) and values.dtype.kind == "f":
-            finite = values[np.isfinite(values)]
-            if finite.size and max(finite.max(), -finite.min()) > MAX_DRAWN:
-                raise InputError(
-                    f"cannot draw this result: '{name}' has numbers above {MAX_DRAWN:g}"
-                )

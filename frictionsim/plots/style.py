@@ -8,12 +8,14 @@ from textwrap import fill
 from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings, simplefilter
 
+import numpy as np
 from matplotlib import rc_context, rcdefaults, rcParams
 from matplotlib.figure import Figure, FigureBase
 
 from frictionsim.display import (
     COLOURS,
     DASHES,
+    MAX_DRAWN,
     SYMBOLS,
     labelled,
     overrides_of,
@@ -261,6 +263,15 @@ def require_channels(record: "Record", view: str, names: Sequence[str]) -> None:
             f"cannot draw the view '{view}': this result has no channel {', '.join(missing)};"
             f" the view needs {', '.join(names)} (see output.channels)"
         )
+
+
+def check_drawn(subject: str, *tables: Mapping[str, Any]) -> None:
+    """Check that no number of some arrays is so large that a scale of it would overflow."""
+    for name, values in (item for table in tables for item in table.items()):
+        array = np.asarray(values)
+        if array.dtype.kind == "f" and (np.abs(array[np.isfinite(array)]) > MAX_DRAWN).any():
+            words = f"'{name}' has numbers above {MAX_DRAWN:g}"
+            raise InputError(f"cannot draw this {subject}: {words}")
 
 
 FORMATS = (".png", ".pdf", ".svg")

@@ -25,7 +25,6 @@ from frictionsim.display import (
     BLACK,
     BLUE,
     GREY,
-    MAX_DRAWN,
     SKY,
     TENSION_COLOURS,
     VERMILION,
@@ -50,6 +49,7 @@ from frictionsim.plots.style import (
     Look,
     add_legend,
     axis_label,
+    check_drawn,
     line_look,
     new_figure,
     plain,
@@ -193,10 +193,7 @@ def _check(table: SweepTable, quantities: Sequence[str]) -> None:
             " them in several pictures",
         )
     keys = {k: c.values for k, c in table.coordinates.items() if not isinstance(c.values, list)}
-    for name, values in (keys | table.values).items():
-        finite = np.asarray(values, dtype=float)[np.isfinite(values)]
-        if np.abs(finite).max(initial=0.0) > MAX_DRAWN:
-            raise InputError(f"cannot draw this sweep: '{name}' has numbers above {MAX_DRAWN:g}")
+    check_drawn("sweep", keys, table.values)
 
 
 def _axes_of(table: SweepTable, at: Mapping[str, Any]) -> tuple[list[KeyAxis], Any, list[str]]:
