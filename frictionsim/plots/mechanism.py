@@ -348,8 +348,7 @@ def motion_at(record: "Record", sample: int) -> "Motion":
     of_run = None
     with suppress(InputError):  # other samples may have numbers that cannot be drawn
         of_run = motion_of(record)
-    reduction = of_run.reduction if of_run else 1.0
-    motion = motion_of(record, sample % len(record.time), reduction)
+    motion = motion_of(record, sample % len(record.time))
     if motion is None:
         raise InputError("cannot draw this result: there is no drawing of its kind")
     return motion._replace(bounds=of_run.bounds, scale=of_run.scale) if of_run else motion
