@@ -264,7 +264,7 @@ def panels_of(record: "Record", channels: Sequence[str] = ()) -> dict[str, dict[
         for name, axis in record.axes.items()
         if name not in ("time", "mode") and (not axis or len(record.members[axis]) <= MAX_LINES)
     ]
-    wanted = getattr(mechanism_module(record.attributes["kind"]), "PANELS", ())
+    wanted = mechanism_module(record.attributes["kind"]).PANELS
     names = channels or [name for name in wanted if name in drawable] or drawable
     if not names:
         raise InputError("cannot draw this result: it has no channel that can be drawn over time")

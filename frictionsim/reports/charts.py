@@ -109,7 +109,7 @@ def panels_of(records: Sequence["Record"]) -> list[Panel]:
                 )
                 panel.lines.extend(spans)
     names = [name for name, _ in panels]
-    wanted = [n for n in getattr(mechanism_module(kind), "PANELS", ()) if n in names]
+    wanted = [n for n in mechanism_module(kind).PANELS if n in names]
     wanted = wanted or names[:MAX_FIRST]
     drawn = [p._replace(first=p.first or p.name in wanted) for p in panels.values()]
     order = list(dict.fromkeys([*wanted, "span_tension", *names]))
