@@ -334,6 +334,41 @@ def test_the_scale_of_an_arc_is_at_most_a_turn(tmp_path: Path) -> None:
         assert fs.compare(copy, turned).same is same
 
 
+@pytest.mark.parametrize(
+    ("channel", "member", "note"),
+    [("tension", 17, "joint 17"), ("pulley_speed", 1, "pulley driven")],
+)
+def test_the_member_of_the_largest_difference_is_named(
+    channel: str, member: int, note: str, tmp_path: Path
+) -> None:
+    copy = edited(golden("belt"), tmp_path / "b.h5")
+    with h5py.File(copy, "r+") as file:
+        file[channel][2, member] += 0.5
+        file[channel][3, 0] += 0.4
+        time = file["time"][2]
+    (row,) = (row for row in fs.compare(copy, golden("belt")).rows if not row.ok)
+    assert (row.name, row.time, row.note) == (channel, time, note)
+    assert row.difference == pytest.approx(0.5)
+
+
+def test_different_members_of_an_axis_differ(tmp_path: Path) -> None:
+    record = opened("belt").record
+
+    def notes(**changes: Any) -> dict[str, str]:
+        copy = fs.Result(record._replace(**changes)).save(tmp_path / "b.h5")
+        return {row.name: row.note for row in fs.compare(copy, golden("belt")).rows if not row.ok}
+
+    for names in (("driver", "idler"), ("0", "1")):
+        said = notes(members=record.members | {"pulley": names})
+        assert said == dict.fromkeys(
+            (name for name, axis in record.axes.items() if axis == "pulley"),
+            f"2 columns along pulley: {', '.join(names)}, expected 2 columns along pulley: driver,"
+            " driven",
+        )
+    flat = {**record.channels, "tension": record.time}
+    assert list(notes(channels=flat, axes=record.axes | {"tension": ""})) == ["tension"]
+
+
 def test_quantities_of_runs_that_end_at_other_times_are_not_compared(tmp_path: Path) -> None:
     early, late = (
         fs.solve("pulley", output=tmp_path / f"{n}.h5", max_steps=n).path for n in (20, 60)

@@ -12,6 +12,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError
+from tests.io.test_compared_quantities import edited, golden
 from tests.support.scenarios import pulley, simulate
 
 NO_RESULT = "cannot read this result: it is HDF5, but not a frictionsim result"
@@ -126,6 +127,28 @@ def test_what_no_result_has_is_refused(what: str, result: Path) -> None:
     os.mkfifo(result.parent / "p")
     with h5py.File(result, "r+") as file:
         CHANGES[what](file)
+    assert message(result) == NO_RESULT
+
+
+def too_few_rows(file: Any) -> None:
+    del file["pulley_speed"]
+    described(file.create_dataset("pulley_speed", data=np.zeros((2, 2))))
+    for dimension, axis in zip(file["pulley_speed"].dims, ("time", "pulley"), strict=True):
+        dimension.attach_scale(file[axis])
+
+
+def name_too_many(file: Any) -> None:
+    names = ["driver", "driven", "idler"]
+    file.create_dataset("wheel", data=names, dtype=h5py.string_dtype()).make_scale("wheel")
+    columns = file["pulley_speed"].dims[1]
+    columns.detach_scale(file["pulley"])
+    columns.attach_scale(file["wheel"])
+
+
+@pytest.mark.parametrize("damage", [too_few_rows, name_too_many])
+def test_columns_without_a_matching_axis_are_refused(damage: Change, result: Path) -> None:
+    with h5py.File(edited(golden("belt"), result), "r+") as file:
+        damage(file)
     assert message(result) == NO_RESULT
 
 

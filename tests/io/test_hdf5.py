@@ -14,6 +14,7 @@ import xarray
 import frictionsim as fs
 from frictionsim.errors import InputError
 from frictionsim.results import Record
+from tests.io.test_compared_quantities import opened
 from tests.support.scenarios import pulley, scenario_run, simulate
 
 SINE = {"sine": {"mean": 2224.1, "amplitude": 1000.0, "frequency_hz": 1.0}}
@@ -129,6 +130,17 @@ def test_an_interrupted_result_opens_as_a_tree(tmp_path: Path) -> None:
         warnings.simplefilter("error")
         with xarray.open_datatree(path, engine="h5netcdf") as tree:
             assert "checkpoint" in tree.children
+
+
+def test_a_belt_without_samples_is_read_as_it_was(tmp_path: Path) -> None:
+    belt = opened("belt").record
+    empty = belt._replace(channels={name: v[:0] for name, v in belt.channels.items()})
+    content = fs.open(fs.Result(empty).save(tmp_path / "a.h5")).record
+    assert content.channels.keys() == empty.channels.keys()
+    for name, channel in empty.channels.items():
+        np.testing.assert_array_equal(content.channels[name], channel, err_msg=name)
+    assert (content.axes, content.members) == (belt.axes, belt.members)
+    assert content.events.keys() == belt.events.keys()
 
 
 def test_a_long_scenario_is_stored_completely(tmp_path: Path) -> None:
