@@ -17,8 +17,8 @@ import pytest
 
 import frictionsim as fs
 from tests.cli.conftest import Run, strict_json
-from tests.support.belt_results import belt_run
 from tests.support.cases import one_in
+from tests.support.records import shown
 from tests.support.scenarios import SCENARIOS
 
 PULLEY, RETURN = str(SCENARIOS / "pulley.toml"), str(SCENARIOS / "pulley_return.toml")
@@ -238,9 +238,7 @@ def test_all_views_show_what_applies_to_them(plot: Callable[..., str]) -> None:
 
 
 def test_views_that_lack_channels_are_skipped_and_pictures_kept(told: Run) -> None:
-    run = belt_run(samples=5)
-    kept = {name: run.channels[name] for name in ("time", "pulley_speed", "pulley_torque")}
-    fs.Result(run._replace(channels=kept)).save("a.h5")
+    fs.Result(shown("belt_string", output__channels=("pulley_speed", "pulley_torque"))).save("a.h5")
     out, err = told("plot", "a.h5", "--view", "all", "--json", "--no-clobber")
     document = strict_json(out)
     assert (document["pictures"], len(document["skipped"]), err) == (["a-speeds.png"], 4, "")

@@ -7,9 +7,9 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import InputError
-from tests.support.belt_results import TWO, belt_run
 from tests.support.motions import Body, Line, body, motion, number, record_of
-from tests.support.scenarios import shipped
+from tests.support.records import guided
+from tests.support.scenarios import shipped, simulate
 
 
 def frames_at(times: Any, events: Any = ()) -> Any:
@@ -76,7 +76,7 @@ def test_a_contact_does_what_its_events_say(name: str, at_events: bool) -> None:
 )
 def test_a_drawn_instant_is_a_frame_of_the_motion(name: str) -> None:
     if name == "belt":
-        record = belt_run(TWO, bodies=60, samples=61)
+        record = simulate(guided())
     else:
         record = fs.solve(shipped(name, solver__rtol=1e-6) | {"output": {"interval": 0.03}}).record
     whole = motion(record)

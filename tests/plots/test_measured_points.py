@@ -7,7 +7,7 @@ import pytest
 
 import frictionsim as fs
 from frictionsim.errors import ArgumentError
-from tests.support.records import shown, string
+from tests.support.records import shown
 
 RPM = np.pi / 30.0
 TIMES, SPEEDS = [0.1, 0.7, 1.9], [0.0, 12.5, 190.25]  # s, rpm
@@ -36,7 +36,7 @@ def test_points_are_drawn_in_the_unit_of_the_channel(pulley: fs.Result, tmp_path
 
 
 def test_points_of_a_member_are_beside_chosen_channels() -> None:
-    belt = fs.Result(string())
+    belt = fs.Result(shown("belt_string"))
     data = {"time": [belt.record.time[0], belt.record.time[-1]], "w": [3.0, 4.0]}
     speed, torque = fs.plot(
         belt, channels="pulley_torque", data=data, measured={"pulley_speed.driven": "w"}

@@ -10,7 +10,6 @@ from frictionsim.results import Record
 from tests.support.records import draw, shown
 
 VIEW = {"pulley_return": "mechanism", "lift": "mechanism", "shaft": "friction_circle"}
-R_S = 0.0254  # m, radius of the shaft of the shipped pulley
 
 
 def drawn(record: Record, view: str, **options: Any) -> Figure:

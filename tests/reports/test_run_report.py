@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from tests.support.belt_results import TWO, belt_run
 from tests.support.browser import opened, wait_until
 from tests.support.cases import slow
 from tests.support.html_elements import panels_of
+from tests.support.records import shown
 from tests.support.scenarios import shipped
 
 WIDE, NARROW = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
@@ -47,7 +47,7 @@ SCROLLED = """() => [...document.querySelectorAll("body *:not(svg, svg *)")].fil
 def made(request: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[fs.Result, Path]:
     """A result and its report."""
     if request.param == "belt_drive":
-        result = fs.Result(belt_run(TWO, bodies=60, samples=61))
+        result = fs.Result(shown("belt_string", output__interval=0.005))
     else:
         result = fs.solve(shipped(request.param, solver__rtol=1e-6))
     path = tmp_path_factory.mktemp("reports") / "a.html"
@@ -156,11 +156,11 @@ HARM = "</script><script>window.harm = 1</script>\"'<img src=x onerror=alert(1)>
 
 @pytest.mark.dev
 def test_texts_of_files_stay_text(browser: Any, tmp_path: Path) -> None:
-    pulleys = [pulley._replace(name=f"{HARM}{i}") for i, pulley in enumerate(TWO)]
-    record = fs.Result(belt_run(pulleys, bodies=24, samples=21)).record
+    record = shown("belt_string", output__interval=0.015)
     changes = {"title": f"{HARM}\x1b[0m", "warnings": HARM, "source": HARM, "reason": HARM}
     record = record._replace(
         attributes=record.attributes | changes,
+        members=record.members | {"pulley": (f"{HARM}0", f"{HARM}1")},
         long_names=dict.fromkeys(record.long_names, HARM),
         units=dict.fromkeys(record.units, HARM),
     )

@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.results import Channel, Record, Transition, failures
+from frictionsim.results import Record, failures
 
 ROOT = Path(__file__).parents[2]
 SCENARIOS = ROOT / "scenarios"
@@ -109,44 +109,6 @@ def _own_containers(done: Record) -> Record:
     names = ("attributes", "channels", "events", "quantities", "checks")
     copied: dict[str, Any] = {name: copy.copy(getattr(done, name)) for name in names}
     return done._replace(**copied, checkpoint=copy.deepcopy(done.checkpoint))
-
-
-def made_record(
-    scenario: str,
-    channel_info: Mapping[str, Channel],
-    members: dict[str, tuple[str, ...]],
-    channels: dict[str, Any],
-    transitions: Sequence[Transition] = (),
-) -> Record:
-    """Return the record of a run that is done, made by hand: of a scenario, given as TOML."""
-    tables = tomllib.loads(scenario)
-    names = ("frictionsim_version", "source", "overrides", "command", "law", "effects", "reason")
-    attributes = dict.fromkeys((*names, "failure", "warnings"), "") | {
-        "frictionsim_version": fs.__version__,
-        "scenario": scenario,
-        "kind": tables["kind"],
-        "backend": tables["solver"]["backend"],
-        "title": tables["title"],
-        "status": "done",
-    }
-    contacts = sorted({e.contact for e in transitions})
-    info = {"time": Channel("s", "time"), **channel_info}
-    return Record(
-        attributes=attributes,
-        channels=channels,
-        units={name: channel.unit for name, channel in info.items()},
-        long_names={name: channel.long_name for name, channel in info.items()},
-        axes={name: channel.axis for name, channel in info.items()},
-        members={axis: members[axis] for axis in sorted(members)},
-        events={
-            "time": np.array([e.time for e in transitions], dtype=np.float64),
-            "contact": np.array([contacts.index(e.contact) for e in transitions], dtype=np.int32),
-            "mode_from": np.array([e.mode_from for e in transitions], dtype=np.int8),
-            "mode_to": np.array([e.mode_to for e in transitions], dtype=np.int8),
-        },
-        contacts=contacts,
-        flags={name: channel.flags for name, channel in info.items() if channel.flags},
-    )
 
 
 def scenario_run(done: Record) -> Any:
