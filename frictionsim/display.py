@@ -194,11 +194,10 @@ ARC_SHADES = ("#E8E8E8", "#D3D3D3", "#BEBEBE", "#A9A9A9")
 CORD_STICKS_SHADE, CORD_SLIPS_SHADE = "#DCEBF5", "#FBE0CC"
 
 BELT_CONTACT = {
-    "sticks": ("sticks on the pulley", BLACK, WHITE),
-    "slips": ("slips on the pulley", WHITE, BLACK),
-    "touches": ("touches the pulley", WHITE, BLACK),
+    "sticks": ("sticks on the pulley", BLACK),
+    "slips": ("slips on the pulley", WHITE),
 }
-"""Of a belt: words, and the colours of the strip on it and of the strip's edges."""
+"""Of a belt: words, and the colour of the strip on it."""
 
 TENSION_COLOURS = "cividis"
 """A scale of matplotlib, whose lightness rises with the value, also for the colour-blind."""
@@ -272,11 +271,9 @@ PAGE = {
     "rule": "#D0D0D0",
     "panel": "#F5F5F5",
     "accent": BLUE,
-    "cursor": "#000000",
     "good": "#00674B",
     "bad": "#B34700",
     "drawing-edge": EDGE,
-    "drawing-faint": FAINT,
 }
 PAGE_ON_DARK = {
     "background": "#16181B",
@@ -285,11 +282,9 @@ PAGE_ON_DARK = {
     "rule": "#3C4046",
     "panel": "#1F2226",
     "accent": SKY,
-    "cursor": "#FFFFFF",
     "good": "#2FC79D",
     "bad": "#F0A030",
     "drawing-edge": "#E2E2E2",
-    "drawing-faint": "#565C64",
 }
 
 

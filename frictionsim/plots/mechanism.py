@@ -298,7 +298,7 @@ def key_of(motion: "Motion", frame: int | None = None) -> dict[str, Any]:
         look: Look = {"color": ROLES[part.role], "linewidth": 2.0}
         if isinstance(part, Line):
             if part.stuck is not None:
-                for text, core, _ in (BELT_CONTACT["sticks"], BELT_CONTACT["slips"]):
+                for text, core in BELT_CONTACT.values():
                     mark: Look = {"marker": "s", "markersize": 8, "linestyle": ""}
                     handles[text] = Line2D([], [], mfc=core, mec=EDGE, **mark)
             if part.patch is not None:
