@@ -33,6 +33,7 @@ from tests.support.belt_closed_forms import (
     creep,
     loop_mode,
     sag,
+    slip_over_creep,
     transverse_mode,
     two_pulley_mode,
 )
@@ -107,7 +108,7 @@ def _drive_row(model: Model, bodies: int) -> Row:
     arcs = [quantity_of(loaded, f"{arc}_arc_driver") for arc in ("adhesion", "contact")]
     return (
         *(model.name, bodies, tight, slack, tight - slack),
-        slip(loaded) * (SECTION_4.axial + tight) / (tight - slack),
+        slip_over_creep(SECTION_4, slip(loaded), tight, slack),
         arcs[0] / arcs[1],
         where_it_sticks(loaded) / tight,
         arc_over_span(idle),
