@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from frictionsim.results import Record
 from tests.support.belt_closed_forms import SECTION_4, capstan_with_bending, slip_over_creep
-from tests.support.scenarios import SCENARIOS, sound_file
+from tests.support.scenarios import SCENARIOS, quantity, sound_file
 
 HARD = SCENARIOS / "hard"
 by_both = pytest.mark.parametrize(
@@ -35,12 +35,6 @@ def outcome(name: str, backend: str, *overrides: str) -> Record:
     if backend == "rkf45" and name != "belt_sudden_stop":
         assert done.checks["energy_balance"].value < 4e-6
     return done
-
-
-def quantity(of: Record, name: str) -> float:
-    value = of.quantities[name].value
-    assert value is not None
-    return value
 
 
 def spans(of: Record, which: Mask) -> tuple[float, float]:

@@ -7,21 +7,12 @@ import numpy as np
 import pytest
 
 import frictionsim as fs
-from frictionsim.results import Record
 from tests.support.end_stops_reference import drawn_body, events_of, mirrored
-from tests.support.scenarios import changed, simulate, sound
+from tests.support.scenarios import changed, events, simulate, sound, times
 from tests.support.stopped_bodies import scenario_of, stopped, with_friction
 
 HIGHEST = radians(60.0)
 PRESSED = {"time": [0.0, 4.0, 5.0, 8.0], "value": [0.5, 0.5, -0.5, -0.5]}  # turns at 4.5 s
-
-
-def events(done: Record) -> list[tuple[str, int, int]]:
-    return [(e.contact, e.mode_from, e.mode_to) for e in done.transitions]
-
-
-def times(done: Record) -> list[float]:
-    return [e.time for e in done.transitions]
 
 
 def test_under_a_constant_torque_the_times_of_impact_are_a_geometric_series() -> None:

@@ -55,14 +55,6 @@ def solved(data: Scenario) -> Record:
     return result
 
 
-def events(result: Record) -> list[tuple[str, int, int]]:
-    return [(e.contact, e.mode_from, e.mode_to) for e in result.transitions]
-
-
-def times(result: Record) -> list[float]:
-    return [e.time for e in result.transitions]
-
-
 def lift_cases() -> dict[str, Any]:
     """Return lifts with their motion in closed form, by name; see tests/data/README.md."""
     rows = json.loads((ROOT / "tests" / "data" / "lift_cases.json").read_text())

@@ -149,6 +149,22 @@ def made_record(
     )
 
 
+def quantity(done: Record, name: str) -> float:
+    """Return a quantity that a run must have."""
+    value = done.quantities[name].value
+    assert value is not None
+    return value
+
+
+def events(done: Record) -> list[tuple[str, int, int]]:
+    """Return the contact and the modes of each change, without its time."""
+    return [(e.contact, e.mode_from, e.mode_to) for e in done.transitions]
+
+
+def times(done: Record) -> list[float]:
+    return [e.time for e in done.transitions]
+
+
 def scenario_run(done: Record) -> Any:
     return fs.load(tomllib.loads(done.attributes["scenario"]), folder=SCENARIOS)
 
