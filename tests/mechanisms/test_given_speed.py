@@ -147,9 +147,7 @@ def of_all_loads(data: Scenario, done: Any) -> Any:
 
 
 @pytest.mark.parametrize("number", one_in(9, range(100)))
-def test_a_drawn_shaft_takes_what_newton_and_euler_say(
-    number: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_drawn_shaft_takes_what_newton_and_euler_say(number: int) -> None:
     rng = np.random.default_rng(2000 + number)
     wave = {"amplitude": float(rng.normal() * 3.0), "frequency_hz": float(rng.uniform(0.3, 1.5))}
     speeds = [
@@ -162,7 +160,6 @@ def test_a_drawn_shaft_takes_what_newton_and_euler_say(
     data["solver"] |= {"rtol": 1e-11, "atol": 1e-13}
     data["output"] = {"at_events": False}
     done = sound(data)
-    monkeypatch.setattr(shaft_forces, "TIMES", done.time)
     others, load = of_all_loads(data, done)
     c = done.channels
     w, a = c["angular_velocity"], c["angular_acceleration"]
