@@ -6,7 +6,6 @@ everywhere. The limit of fine meshes is not that string: bodies that press thems
 rim enter it at an angle.
 """
 
-from collections.abc import Mapping
 from itertools import pairwise
 from math import degrees, log, log2, sqrt
 from typing import Any
@@ -30,6 +29,7 @@ from tests.benchmarks.results_common import (
     write,
 )
 from tests.support.belt_closed_forms import SECTION_4, slip_over_creep
+from tests.support.second_way_belt import upper_and_lower
 
 BENDING = ("with", "without")
 # The resistance goes on with the speed: so coarse meshes have one, too.
@@ -49,19 +49,6 @@ def bent(bending: str, bodies: int, duration: float, *overrides: str) -> Record:
     """Run `belt_drive` with bending or without."""
     without = () if bending == "with" else ("bending",)
     return moreau("belt_drive", bodies, f"solver.duration={duration}", *overrides, without=without)
-
-
-def spans(channels: Mapping[str, Any], which: Any) -> tuple[float, float]:
-    """Return the mean tensions of the tight and of the slack span of two equal pulleys, N.
-
-    The pulleys stand side by side, so that one of the spans is above the x axis. A joint is in a
-    span if neither body beside it touches a pulley.
-    """
-    free = channels["pulley_index"][which] < 0
-    free &= np.roll(free, 1, axis=1)
-    tension, above = channels["tension"][which], channels["y"][which] > 0.0
-    tensions = [float(np.mean(tension[free & side])) for side in (above, ~above)]
-    return max(tensions), min(tensions)
 
 
 # Wrap factors
@@ -279,7 +266,7 @@ def _quantities(done: Record) -> dict[str, Any]:
     turned = np.ptp(channels["pulley_angle"][which], axis=0)
     touching = channels["pulley_index"][which] >= 0
     speeds = np.abs(channels["slip_velocity"][which][touching])
-    active, passive = spans(channels, which)
+    passive, active = sorted(upper_and_lower(done, which))
     carried = RADIUS * (active - passive)
     given = np.abs(np.mean(channels["pulley_torque"][which], axis=0))
     return values | {

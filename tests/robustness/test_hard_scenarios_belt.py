@@ -17,6 +17,7 @@ from scipy.optimize import brentq
 from frictionsim.results import Record
 from tests.support.belt_closed_forms import SECTION_4, capstan_with_bending, slip_over_creep
 from tests.support.scenarios import SCENARIOS, quantity, sound_file
+from tests.support.second_way_belt import upper_and_lower
 
 HARD = SCENARIOS / "hard"
 by_both = pytest.mark.parametrize(
@@ -35,19 +36,6 @@ def outcome(name: str, backend: str, *overrides: str) -> Record:
     if backend == "rkf45" and name != "belt_sudden_stop":
         assert done.checks["energy_balance"].value < 4e-6
     return done
-
-
-def spans(of: Record, which: Mask) -> tuple[float, float]:
-    """Return the mean tensions of the upper and of the lower span of two equal pulleys.
-
-    They stand side by side; a joint is in a span if neither body beside it touches a pulley.
-    """
-    channels = of.channels
-    free = channels["pulley_index"][which] < 0.0
-    free &= np.roll(free, 1, axis=1)
-    above = channels["y"][which] > 0.0
-    tension = channels["tension"][which]
-    return float(np.mean(tension[free & above])), float(np.mean(tension[free & ~above]))
 
 
 def sliding_fraction(of: Record, pulley: int) -> Channel:
@@ -110,7 +98,7 @@ def test_an_overloaded_belt_obeys_the_capstan_equation_with_bending(backend: str
         assert not (done.channels["sticking"] * (done.channels["pulley_index"] == 0.0))[slips].any()
         turned = np.ptp(done.channels["pulley_angle"][slips], axis=0)
         assert turned[0] > 100.0 * turned[1]
-        upper, lower = spans(done, slips)
+        upper, lower = upper_and_lower(done, slips)
         ratios.append(lower / upper)
         expected = bending_capstan(upper + lower)
         assert expected == pytest.approx(2.491, abs=1e-3)  # as the scenario states
@@ -152,7 +140,7 @@ def test_the_belt_slips_over_a_stopped_pulley_until_it_sticks(backend: str) -> N
     # As one body, driver and belt lose 100 rad/s by the friction of the slipping arc less the
     # torque, which continues. Waves, 0.5 ms from pulley to pulley and back, cause the rest.
     radius, impedance = 0.027, sqrt(1.52e5 * 0.096)  # N s/m, of a wave along a span
-    both = sum(spans(done, steady))  # N
+    both = sum(upper_and_lower(done, steady))  # N
     ratio = bending_capstan(both)
     surplus = both * (ratio - 1.0) / (ratio + 1.0) - 5.0 / radius
     mass = 2.4e-4 / radius**2 + 0.096 * 1.2
@@ -229,7 +217,7 @@ class Steady:
 
     def __init__(self, done: Record) -> None:
         channels, late = done.channels, done.time >= 0.06
-        self.slack, self.tight = spans(done, late)
+        self.slack, self.tight = upper_and_lower(done, late)
         driver = channels["pulley_index"][late] == 0.0
         inside = driver & np.roll(driver, 1, axis=1) & (channels["sticking"][late] > 0.0)
         self.arc = float(np.mean(channels["tension"][late][inside]))
@@ -321,7 +309,7 @@ def test_an_oil_patch_makes_the_belt_slip_on_one_pulley_after_the_other(backend:
     for begin, end in ((on_driver, off_driver), (on_driven, off_driven)):
         which = within(begin, end)
         assert slip(which) > 0.1  # thirty times its creep
-        slack, tight = sorted(spans(done, which))
+        slack, tight = sorted(upper_and_lower(done, which))
         # At mu_k of the oil; 0.5 % less was found, and 150 bodies may miss 1.3 % (`belt_overload`).
         expected = capstan_with_bending(0.25, pi, 0.026, 0.027, tight)
         assert tight / slack == pytest.approx(expected, rel=0.015)
