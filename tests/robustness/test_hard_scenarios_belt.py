@@ -198,14 +198,15 @@ def test_a_fine_mesh_removes_the_polygon_effect(backend: str) -> None:
     coarse = Steady(outcome("belt_fine", "moreau", *AS_PUBLISHED))
     # The torque over the radius, to an error of second order in the length of the bodies.
     assert fine.tight - fine.slack == pytest.approx(15.0 / 0.027, rel=1e-3)
-    # As found with both methods; polygons of 600 and of 1200 bodies go there: 856.6 and 301.4 N,
-    # then 3 N more.
-    assert [fine.tight, fine.slack] == pytest.approx([861.1, 305.8], rel=2e-3)
+    # Those of 600 and of 1200 bodies over 2 s (`results/belt_wrap.md`), to which polygons go, too:
+    # 856.6 and 301.4 N, then 3 N more.
+    assert [fine.tight, fine.slack] == pytest.approx([861.0, 305.6], rel=2e-3)
     assert coarse.tight < 0.985 * fine.tight
     assert coarse.slack < 0.965 * fine.slack
-    assert fine.arc < fine.tight
+    # The limits of fine meshes; off by 1.3 and 6 % in the 20 ms that are looked at here.
+    assert fine.arc / fine.tight == pytest.approx(0.879, rel=0.03)
     assert coarse.arc > 1.15 * coarse.tight
-    assert 0.8 < fine.slip < 1.0
+    assert fine.slip == pytest.approx(0.908, rel=0.08)
     assert coarse.slip > 1.3
 
 
