@@ -29,6 +29,7 @@ from tests.benchmarks.results_common import (
     write,
 )
 from tests.support.belt_closed_forms import SECTION_4, slip_over_creep
+from tests.support.belt_scenarios import shipped
 from tests.support.second_way_belt import upper_and_lower
 
 BENDING = ("with", "without")
@@ -144,8 +145,8 @@ STIFFNESSES = (1, 4, 16, 64)  # over that of `belt_drive`, c1 and c2 alike
 # Bending changes little but the level of both spans: the finest mesh does without.
 SEATS = ((300, "without"), (600, "without"), (300, "with"))
 DURATION = 1.2  # s
-C1, C2, DAMPING, P_MAX = 3.0256e9, 6.5e5, 300.0, 1e-3  # of a body of a belt of 150
-TENSION, RADIUS, LENGTH = 555.0, 0.027, 1.2 / 150  # N, m, and m of a body of a belt of 150
+CONTACT = shipped("belt_drive")["effects"]["contact"]  # of a body of a belt of 150
+LENGTH = 1.2 / 150  # m, of such a body
 
 
 def seat() -> None:
@@ -163,17 +164,15 @@ def seat() -> None:
 
 def _depth(stiffness: float) -> float:
     """Return how deep a body rests in the rim, m: N = T l/R = c1 p^2 + c2 p."""
-    force, c1, c2 = TENSION * LENGTH / RADIUS, stiffness * C1, stiffness * C2
+    force = SECTION_4.pretension * LENGTH / SECTION_4.radius
+    c1, c2 = (stiffness * CONTACT[key] for key in ("c1", "c2"))
     return 2.0 * force / (c2 + sqrt(c2 * c2 + 4.0 * c1 * force))
 
 
 def _seat_row(bodies: int, bending: str, stiffness: int) -> dict[str, Any]:
-    contact = (
-        f"effects.contact.c1={stiffness * C1!r}",
-        f"effects.contact.c2={stiffness * C2!r}",
-        f"effects.contact.damping={sqrt(stiffness) * DAMPING!r}",
-        f"effects.contact.p_max={P_MAX * _depth(stiffness) / _depth(1.0)!r}",
-    )
+    stiff = {"c1": stiffness, "c2": stiffness, "damping": sqrt(stiffness)}
+    factors = stiff | {"p_max": _depth(stiffness) / _depth(1.0)}
+    contact = [f"effects.contact.{key}={by * CONTACT[key]!r}" for key, by in factors.items()]
     record = bent(bending, bodies, DURATION, *contact, *LOAD, RECORDED)
     tight, slack = tensions_of(record)
     return {
@@ -181,7 +180,7 @@ def _seat_row(bodies: int, bending: str, stiffness: int) -> dict[str, Any]:
         "bodies": bodies,
         "bending": bending,
         "depth at rest [mm]": 1e3 * _depth(stiffness),
-        "angle of entry [deg]": degrees(sqrt(_depth(stiffness) / RADIUS)),
+        "angle of entry [deg]": degrees(sqrt(_depth(stiffness) / SECTION_4.radius)),
         "T1 [N]": tight,
         "T2 [N]": slack,
         RATIO: slip_over_creep(SECTION_4, slip(record), tight, slack),
@@ -267,7 +266,7 @@ def _quantities(done: Record) -> dict[str, Any]:
     touching = channels["pulley_index"][which] >= 0
     speeds = np.abs(channels["slip_velocity"][which][touching])
     passive, active = sorted(upper_and_lower(done, which))
-    carried = RADIUS * (active - passive)
+    carried = SECTION_4.radius * (active - passive)
     given = np.abs(np.mean(channels["pulley_torque"][which], axis=0))
     return values | {
         "speed of the driver [rad/s]": float(np.mean(channels["pulley_speed"][which, 0])),
