@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from tests.benchmarks.results_common import quantity_of, solve
+from tests.benchmarks.results_common import solve
 from tests.benchmarks.validation import steady_amplitude
 from tests.support.cases import one_in
 from tests.support.closed_forms_of_others import (
@@ -16,6 +16,7 @@ from tests.support.closed_forms_of_others import (
     friction_oscillator,
 )
 from tests.support.examples import examples
+from tests.support.scenarios import quantity
 
 # What is left of the start, more near resonance and with less friction, and the tolerance of the
 # steps over some periods; found: 2e-8 and less.
@@ -57,8 +58,8 @@ def test_the_friction_oscillator_comes_to_rest_when_and_where_it_must() -> None:
     time, place = friction_oscillator()
     assert (time, place) == pytest.approx((22.423556350699, 0.682178936724), rel=1e-12)
     # A hundred tolerances of 1e-11 over a way of 100 rad.
-    assert quantity_of(done, "last_rest_time") == pytest.approx(time, abs=1e-9)
-    assert quantity_of(done, "final_angle") == pytest.approx(place, abs=1e-9)
+    assert quantity(done, "last_rest_time") == pytest.approx(time, abs=1e-9)
+    assert quantity(done, "final_angle") == pytest.approx(place, abs=1e-9)
 
 
 @examples(8)
@@ -74,8 +75,8 @@ def test_drawn_friction_oscillators_come_to_rest_when_and_where_they_must(
         f"mechanism.initial_angular_velocity={sense * v}",
         f"solver.duration={time + 1.0}",
     )
-    assert quantity_of(done, "last_rest_time") == pytest.approx(time, abs=1e-8)
-    assert quantity_of(done, "final_angle") == pytest.approx(sense * place, abs=1e-8)
+    assert quantity(done, "last_rest_time") == pytest.approx(time, abs=1e-8)
+    assert quantity(done, "final_angle") == pytest.approx(sense * place, abs=1e-8)
 
 
 @pytest.mark.slow
@@ -88,9 +89,9 @@ def test_the_flat_belt_creeps_by_the_closed_form() -> None:
     assert done.statistics.steps <= 200_000
     assert all(check.ok for check in done.checks.values())
     # Of 60 points: found 1.4e-5 rad/s, and 0.03 N.
-    assert quantity_of(done, "driven_speed") == pytest.approx(speed, abs=2e-4)
-    assert quantity_of(done, "tension_tight") == pytest.approx(tight, abs=0.3)
-    assert quantity_of(done, "tension_slack") == pytest.approx(slack, abs=0.3)
+    assert quantity(done, "driven_speed") == pytest.approx(speed, abs=2e-4)
+    assert quantity(done, "tension_tight") == pytest.approx(tight, abs=0.3)
+    assert quantity(done, "tension_slack") == pytest.approx(slack, abs=0.3)
     torque = done.channels["pulley_torque"][-1, 1]
     omega = done.channels["pulley_speed"][-1, 1]
     assert torque == pytest.approx(-25.0 - 2.0 * omega, rel=1e-5)

@@ -37,9 +37,15 @@ def test_warm_up_names_combinations_and_compiles_nothing_twice(
 
 
 # Runs that are the first of their process: cold, resumed, and with each form of a drive. Prints for
-# each what it said, whether it has seconds of compilation, and those of solving.
+# each its seconds of compilation and of solving, by a clock that counts how often it is asked: no
+# machine is too fast or too slow for it.
 RUNS = """
+import itertools
 import sys
+import time
+
+asked = itertools.count()
+time.perf_counter = lambda: 1e-3 * next(asked)
 import frictionsim as fs
 
 short = {"solver.duration": 4e-4, "output.interval": 1e-4, "solver.backend": sys.argv[1]}
@@ -52,7 +58,8 @@ forms = (
 def tell(run):
     print(run.statistics.compile_seconds, run.statistics.wall_seconds)
 
-tell(fs.solve("belt_string", short, output="a.h5"))
+tell(fs.solve("belt_string", short))
+fs.solve("belt_string", short, output="a.h5")
 fs.solve("belt_string", short, output="b.h5", max_steps=2)
 tell(fs.resume("b.partial.h5"))
 for form in forms:
@@ -72,9 +79,11 @@ def test_kernels_are_compiled_once_before_the_first_step(backend: str, tmp_path:
     assert done.returncode == 0, done.stderr
     lines = [tuple(map(float, line.split())) for line in done.stdout.splitlines()]
     compiling, solving = zip(*lines, strict=True)
-    assert compiling[0] > 1.0
+    assert compiling[0] > 0.0
     assert compiling[1:] == (0.0,) * 4
-    assert max(solving) < 0.2 * compiling[0]
+    # The clock is asked as solving begins and as it ends, and compilation is in no such interval.
+    assert solving[0] == pytest.approx(1e-3)
+    assert solving[2:] == pytest.approx(solving[:1] * 3)
     assert (tmp_path / "b.h5").read_bytes() == (tmp_path / "a.h5").read_bytes()
     assert list((tmp_path / "own" / "frictionsim").glob("kernels-*/*/*.nbi"))
     assert not (tmp_path / "planted").exists()

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import frictionsim as fs
 from frictionsim.results import Record
 from tests.benchmarks.results_guided import errors_of
-from tests.support.belt_closed_forms import SECTION_4, two_pulley_mode
+from tests.support.belt_closed_forms import SECTION_4, slip_over_creep, two_pulley_mode
 from tests.support.belt_scenarios import (
     CONTINUED,
     NO_MOTION_ACROSS,
@@ -27,7 +27,7 @@ from tests.support.belt_scenarios import (
 from tests.support.cases import one_in, slow
 from tests.support.drawn_belts import drawn
 from tests.support.examples import examples
-from tests.support.scenarios import Scenario, changed, scenario_run, simulate, sound
+from tests.support.scenarios import Scenario, changed, quantity, scenario_run, simulate, sound
 from tests.support.string_reference import arcs_of, end_state
 
 EA, RHO, R = 1.52e5, 0.096, 0.027  # of the shipped drive
@@ -36,12 +36,6 @@ EA, RHO, R = 1.52e5, 0.096, 0.027  # of the shipped drive
 def string(**changes: Any) -> Scenario:
     """Return the shipped string, with a resistance that is linear throughout."""
     return shipped("belt_string", **{"drive__driven__torque": CONTINUED, **changes})
-
-
-def value(done: Record, name: str) -> float:
-    number = done.quantities[name].value
-    assert number is not None
-    return float(number)
 
 
 # --- closed forms ---------------------------------------------------------------------------------
@@ -63,16 +57,15 @@ def test_creep_of_drawn_drives_is_that_of_the_closed_forms(drive: int) -> None:
 @pytest.mark.parametrize("bodies", [60, slow(150)])
 def test_tensions_and_slip_are_those_of_the_closed_forms(bodies: int) -> None:
     done = sound(string(mechanism__belt__bodies=bodies, output__channels=[]))
-    tight, slack = value(done, "tension_tight"), value(done, "tension_slack")
+    tight, slack = quantity(done, "tension_tight"), quantity(done, "tension_slack")
     # The torque of 15 N m, and Reynolds's creep of a string; of the mean of the last fifth the
     # ripple of points that enter an arc is left. A thousandth is the limit that is promised.
     assert tight - slack == pytest.approx(15.0 / R, rel=1e-4)
-    assert value(done, "slip_percent") == pytest.approx(
-        100.0 * (tight - slack) / (EA + tight), rel=1e-3
-    )
+    slip = quantity(done, "slip_percent") / 100.0
+    assert slip_over_creep(SECTION_4, slip, tight, slack) == pytest.approx(1.0, rel=1e-3)
     # The stretch of the whole belt stays what it was at rest: on an arc the tension is that of the
     # span before it, up to the sliding arc, whose exponential has the mean dT/ln(T1/T2).
-    speed = R * value(done, "drive_speed")
+    speed = R * quantity(done, "drive_speed")
     flow = RHO * speed**2
     span, sliding = 0.515, log((tight - flow) / (slack - flow)) * R
     held = pi * R - sliding
@@ -102,15 +95,15 @@ def test_full_slip_is_the_equation_of_euler_and_eytelwein(
     def pressing(tension: float) -> float:
         return tension - passing**2 / RHO * (1.0 + tension / EA)
 
-    ratio = pressing(value(done, "tension_tight")) / pressing(value(done, "tension_slack"))
+    ratio = pressing(quantity(done, "tension_tight")) / pressing(quantity(done, "tension_slack"))
     assert ratio == pytest.approx(exp(0.3 * pi), rel=limit)
 
 
 def belt_speed(done: Record) -> float:
     """Return the speed of the belt, m/s, that its kinetic energy tells."""
-    inertia = 2.4e-4 * (value(done, "drive_speed") ** 2 + value(done, "driven_speed") ** 2)
+    inertia = 2.4e-4 * (quantity(done, "drive_speed") ** 2 + quantity(done, "driven_speed") ** 2)
     mass = RHO * float(fs.static(scenario_run(done))["belt_length"].value or 0.0)
-    return float(np.sqrt((2.0 * value(done, "energy_kinetic") - inertia) / mass))
+    return float(np.sqrt((2.0 * quantity(done, "energy_kinetic") - inertia) / mass))
 
 
 @pytest.mark.slow
@@ -198,7 +191,7 @@ def test_fixed_and_adaptive_steps_agree(seed: int) -> None:
     off = adaptive.channels["pulley_speed"] - fixed.channels["pulley_speed"]
     assert np.max(np.abs(off)) < 2e-3 * size
     for name in ("tension_tight", "tension_slack"):
-        assert value(fixed, name) == pytest.approx(value(adaptive, name), rel=1e-3)
+        assert quantity(fixed, name) == pytest.approx(quantity(adaptive, name), rel=1e-3)
 
 
 # --- invariants -----------------------------------------------------------------------------------
@@ -246,4 +239,4 @@ def test_positions_are_on_the_line_after_many_rounds() -> None:
     np.testing.assert_allclose(on, R, rtol=1e-12)
     arcs, length = arcs_of(scenario_run(done))
     assert length == pytest.approx(2.0 * (0.515 + pi * R))
-    assert value(done, "contact_arc_driver") == pytest.approx((arcs[0].b - arcs[0].a) / R)
+    assert quantity(done, "contact_arc_driver") == pytest.approx((arcs[0].b - arcs[0].a) / R)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from frictionsim.results import Record
-from tests.support.belt_scenarios import mirrored, pair, trio
+from tests.support.belt_scenarios import pair, trio
 from tests.support.cases import one_in
+from tests.support.mirrors import OF_BELT
 from tests.support.scenarios import Scenario, changed, simulate
 
 BACKENDS = ["rkf45", "moreau"]
@@ -70,21 +71,15 @@ def test_friction_keeps_its_limit_and_stick_has_no_slip(backend: str) -> None:
     assert np.all(slip[stuck] <= caught[stuck])
 
 
-ODD = ("x", "pulley_angle", "pulley_speed", "pulley_torque", "friction_force", "slip_velocity")
-EVEN = ("y", "normal_force", "sticking", "pulley_index", "tension")
-
-
 def test_a_mirror_image_moves_as_a_mirror_image_by_steps_of_chosen_length() -> None:
-    """The direction of the loop, the signs of n and t, sides and torques are all turned over."""
     data = trio(solver__duration=0.01)
-    here, there = on("rkf45", data), on("rkf45", mirrored(data))
-    for names, sign in ((ODD, -1.0), (EVEN, 1.0)):
-        for name in names:
-            actual, expected = sign * there.channels[name], here.channels[name]
-            # The rest positions are found to 1e-9 of a tension; where bodies come to stick a step
-            # of a chosen length amplifies that to the size of its tolerance, 1e-4 of a velocity,
-            # which is some parts in a thousand of the slip.
-            assert np.max(np.abs(actual - expected)) <= 5e-3 * np.max(np.abs(expected)), name
+    here, there = on("rkf45", data), on("rkf45", OF_BELT.scenario(data))
+    for name, expected in OF_BELT.image(here.channels).items():
+        # The rest positions are found to 1e-9 of a tension; where bodies come to stick a step of a
+        # chosen length amplifies that to the size of its tolerance, 1e-4 of a velocity, which is
+        # some parts in a thousand of the slip.
+        off = np.max(np.abs(there.channels[name] - expected))
+        assert off <= 5e-3 * np.max(np.abs(expected)), name
 
 
 DAMPERS = {

@@ -43,16 +43,10 @@ def replaced_by_link(folder: Path) -> None:
     folder.symlink_to(folder.parent / "elsewhere")
 
 
-def replaced_by_file(folder: Path) -> None:
-    folder.rename(folder.parent / "elsewhere")
-    folder.write_text("no folder can be made here")
-
-
 SPOILT: dict[str, tuple[Callable[[Path], None], str]] = {
     "others write": (lambda folder: folder.chmod(0o1777), "others can write to '{}'"),
     "the group writes": (lambda folder: folder.chmod(0o770), "others can write to '{}'"),
     "a link": (replaced_by_link, "'{}' is a link or a file, not a folder"),
-    "a file": (replaced_by_file, "'{}'"),
 }
 
 

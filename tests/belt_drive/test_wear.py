@@ -1,7 +1,6 @@
 """Several patches of other friction, and the work of friction along the belt and on each rim."""
 
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from tests.support.belt_scenarios import CONTINUED, path_of, scenario_of, shippe
 from tests.support.cases import slow
 from tests.support.drawn_belts import drawn
 from tests.support.scenarios import Scenario, changed, simulate, sound
-from tests.support.stopped_runs import assert_same_when_interrupted, calls_of
 
 EA, R = 1.52e5, 0.027  # N, m, of the shipped drive
 OIL = {"mu_s": 0.3, "mu_k": 0.25}
@@ -221,10 +219,3 @@ def test_a_run_is_the_same_with_the_works_of_its_friction(backend: str) -> None:
         close = 0.0 if backend == "moreau" else 1e-9 * float(np.max(np.abs(values)))
         assert np.max(np.abs(with_work.channels[name] - values)) <= close, name
     assert with_work.statistics.steps == without.statistics.steps
-
-
-def test_a_worn_belt_resumes_to_the_same_bytes(tmp_path: Path) -> None:
-    """The work of a zone is rounded alike, whether its last samples are worked out together."""
-    data = worn(solver__backend="moreau", solver__duration=0.06)
-    stops = np.random.default_rng(5).integers(1, len(calls_of(data)), 3)
-    assert_same_when_interrupted(data, tmp_path, *([int(stop)] for stop in stops))

@@ -11,24 +11,12 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-import frictionsim as fs
 from frictionsim.display import BLACK, BLUE, ORANGE, PURPLE, VERMILION
 from frictionsim.plots.style import add_legend, line_look, save
 from frictionsim.results import Record
 from tests.benchmarks.results_belts import paper, seat, wrap
-from tests.benchmarks.results_common import (
-    RESULTS,
-    SCENARIOS,
-    Table,
-    command,
-    provenance,
-    quantity_of,
-    say,
-    solve,
-    warning_on,
-    write,
-)
-from tests.benchmarks.results_guided import creep, drawn_belts
+from tests.benchmarks.results_common import RESULTS, command, provenance, quantity_of, say, solve
+from tests.benchmarks.results_guided import creep
 from tests.benchmarks.results_slip import slip
 from tests.support.problems import RAMP
 
@@ -82,52 +70,6 @@ def cost() -> None:
         with_head = [*(f"# {line}\n" for line in provenance()), made.read_text(encoding="utf-8")]
         made.write_text("".join(with_head), encoding="utf-8")
         say(text)
-
-
-TARGETS = {"belt_drive": 1e-6}
-TARGET = 1e-9  # of one coordinate
-
-
-def energy() -> None:
-    """Write the energy balance of all shipped scenarios, and that with finer steps.
-
-    If the error goes down with the step or the tolerance, it is that of the integration, and the
-    scenario asks for no more.
-    """
-    paths = sorted([*SCENARIOS.glob("*.toml"), *(SCENARIOS / "hard").glob("*.toml")])
-    rows = [_balance(path.relative_to(SCENARIOS).with_suffix("").as_posix()) for path in paths]
-    above = [
-        "The work put in less what is stored and dissipated, over the largest of these energies, at"
-        " the worst sample (check `energy_balance`). Where that is above the target, the scenario"
-        " was run again with half the step (`moreau`) or a hundredth of the tolerances."
-    ]
-    write(Table("Energy balance of the shipped scenarios", above, rows), "energy")
-
-
-def _balance(name: str) -> dict[str, Any]:
-    scenario = fs.load(SCENARIOS / f"{name}.toml")
-    record, target = fs.solve(scenario).record, TARGETS.get(scenario.kind, TARGET)
-    row = {
-        "scenario": name,
-        "law": scenario.law or "none",
-        "method": scenario.solver.backend,
-        "energy balance": f"{record.checks['energy_balance'].value:.1e}",
-        "target": f"{target:g}",
-        "run again with": "",
-        "energy balance then": "",
-        "warning": warning_on(record),
-    }
-    # Below its transition speed the published law of belts is not resolved at any tolerance.
-    if record.checks["energy_balance"].value > target and scenario.law != "creep":
-        row["run again with"] = f"solver.rtol={0.01 * scenario.solver.rtol:g}"
-        if scenario.solver.backend == "moreau":
-            step = 0.5 * scenario.solver.duration / record.statistics.steps
-            row["run again with"] = f"solver.step={step:.4g}"
-        second = fs.solve(scenario.replace((row["run again with"],))).record
-        row["energy balance then"] = f"{second.checks['energy_balance'].value:.1e}"
-        row["warning"] = row["warning"] or warning_on(second)
-    say(" ".join(row.values()))
-    return row
 
 
 DURATION = 10.0  # s
@@ -191,8 +133,6 @@ PARTS: dict[str, Callable[[], None]] = {
     "paper": paper,
     "wrap": wrap,
     "seat": seat,
-    "energy": energy,
-    "drawn": drawn_belts,
     "creep": creep,
     "slip": slip,
 }

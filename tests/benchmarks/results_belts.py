@@ -1,12 +1,11 @@
 """Belts of bodies against a string: wrap factors, the depth of the contact, Kubas 2014.
 
-In the mean the torques balance, T1 - T2 = M/R. A string creeps by (T1 - T2)/EA, and has the tension
-of the tight span where it sticks to the driver; without load it has the tension of its spans
+In the mean the torques balance, T1 - T2 = M/R. A string creeps by (T1 - T2)/(EA + T1), and has the
+tension of the tight span where it sticks to the driver; without load it has that of its spans
 everywhere. The limit of fine meshes is not that string: bodies that press themselves into a soft
 rim enter it at an angle.
 """
 
-from collections.abc import Mapping
 from itertools import pairwise
 from math import degrees, log, log2, sqrt
 from typing import Any
@@ -29,9 +28,11 @@ from tests.benchmarks.results_common import (
     where_it_sticks,
     write,
 )
+from tests.support.belt_closed_forms import SECTION_4, slip_over_creep
+from tests.support.belt_scenarios import shipped
+from tests.support.second_way_belt import upper_and_lower
 
 BENDING = ("with", "without")
-RIGIDITY = 1.52e5  # N
 # The resistance goes on with the speed: so coarse meshes have one, too.
 LOAD = (
     "drive.driven.torque={speed = [-251.327412, 251.327412], value = [150.0, -150.0]}",
@@ -51,26 +52,13 @@ def bent(bending: str, bodies: int, duration: float, *overrides: str) -> Record:
     return moreau("belt_drive", bodies, f"solver.duration={duration}", *overrides, without=without)
 
 
-def spans(channels: Mapping[str, Any], which: Any) -> tuple[float, float]:
-    """Return the mean tensions of the tight and of the slack span of two equal pulleys, N.
-
-    The pulleys stand side by side, so that one of the spans is above the x axis. A joint is in a
-    span if neither body beside it touches a pulley.
-    """
-    free = channels["pulley_index"][which] < 0
-    free &= np.roll(free, 1, axis=1)
-    tension, above = channels["tension"][which], channels["y"][which] > 0.0
-    tensions = [float(np.mean(tension[free & side])) for side in (above, ~above)]
-    return max(tensions), min(tensions)
-
-
 # Wrap factors
 
 WRAPPED = (60, 100, 150, 300, 600, 1200)  # bodies
 MODELS = ("polygon", "corrected")
 # Loaded and without load, s: enough of a fine mesh passes in less time.
 DURATIONS, FINE, OF_FINE = (2.0, 2.0), 1200, (1.2, 0.8)
-RATIO, OFF = "slip over elastic creep", "off its limit [%]"
+RATIO, OFF = "slip over creep", "off its limit [%]"
 STUCK = "tension where it sticks to the driver, over T1"
 
 
@@ -103,29 +91,25 @@ def _wrapped(model: str, bending: str, count: int) -> dict[str, Any]:
         bent(bending, count, time, f"mechanism.belt.wrap={model}", *drive, RECORDED)
         for time, drive in zip(OF_FINE if count >= FINE else DURATIONS, (LOAD, IDLE), strict=True)
     )
+    tight, slack = tensions_of(loaded)
     return {
         "model": model,
         "bending": bending,
         "bodies": count,
-        **_loaded(loaded, True),
+        "T1 [N]": tight,
+        "T2 [N]": slack,
+        "T1 - T2 [N]": tight - slack,
+        RATIO: slip_over_creep(SECTION_4, slip(loaded), tight, slack),
         OFF: float("nan"),
-        STUCK: where_it_sticks(loaded) / quantity_of(loaded, "tension_tight"),
+        STUCK: where_it_sticks(loaded) / tight,
         "unloaded: arc over span": arc_over_span(idle),
         "unloaded: slip [%]": 100.0 * slip(idle),
         "warning": warning_on(loaded) or warning_on(idle),
     }
 
 
-def _loaded(done: Record, with_force: bool) -> dict[str, float]:
-    """Return the tensions of the spans, and the slip over that of a string."""
-    tight, slack = tensions_of(done)
-    force = {"T1 - T2 [N]": tight - slack} if with_force else {}
-    ratio = slip(done) * RIGIDITY / (tight - slack)
-    return {"T1 [N]": tight, "T2 [N]": slack, **force, RATIO: ratio}
-
-
 def _limit(family: list[dict[str, Any]]) -> float:
-    """Return the slip of bodies without length, over elastic creep."""
+    """Return the slip of bodies without length, over creep."""
     coarse, fine = family[-2:]
     grown = (fine["bodies"] / coarse["bodies"]) ** 2
     return float(fine[RATIO] + (fine[RATIO] - coarse[RATIO]) / (grown - 1.0))
@@ -161,8 +145,8 @@ STIFFNESSES = (1, 4, 16, 64)  # over that of `belt_drive`, c1 and c2 alike
 # Bending changes little but the level of both spans: the finest mesh does without.
 SEATS = ((300, "without"), (600, "without"), (300, "with"))
 DURATION = 1.2  # s
-C1, C2, DAMPING, P_MAX = 3.0256e9, 6.5e5, 300.0, 1e-3  # of a body of a belt of 150
-TENSION, RADIUS, LENGTH = 555.0, 0.027, 1.2 / 150  # N, m, and m of a body of a belt of 150
+CONTACT = shipped("belt_drive")["effects"]["contact"]  # of a body of a belt of 150
+LENGTH = 1.2 / 150  # m, of such a body
 
 
 def seat() -> None:
@@ -180,26 +164,27 @@ def seat() -> None:
 
 def _depth(stiffness: float) -> float:
     """Return how deep a body rests in the rim, m: N = T l/R = c1 p^2 + c2 p."""
-    force, c1, c2 = TENSION * LENGTH / RADIUS, stiffness * C1, stiffness * C2
+    force = SECTION_4.pretension * LENGTH / SECTION_4.radius
+    c1, c2 = (stiffness * CONTACT[key] for key in ("c1", "c2"))
     return 2.0 * force / (c2 + sqrt(c2 * c2 + 4.0 * c1 * force))
 
 
 def _seat_row(bodies: int, bending: str, stiffness: int) -> dict[str, Any]:
-    contact = (
-        f"effects.contact.c1={stiffness * C1!r}",
-        f"effects.contact.c2={stiffness * C2!r}",
-        f"effects.contact.damping={sqrt(stiffness) * DAMPING!r}",
-        f"effects.contact.p_max={P_MAX * _depth(stiffness) / _depth(1.0)!r}",
-    )
+    stiff = {"c1": stiffness, "c2": stiffness, "damping": sqrt(stiffness)}
+    factors = stiff | {"p_max": _depth(stiffness) / _depth(1.0)}
+    contact = [f"effects.contact.{key}={by * CONTACT[key]!r}" for key, by in factors.items()]
     record = bent(bending, bodies, DURATION, *contact, *LOAD, RECORDED)
+    tight, slack = tensions_of(record)
     return {
         "stiffness over the paper's": stiffness,
         "bodies": bodies,
         "bending": bending,
         "depth at rest [mm]": 1e3 * _depth(stiffness),
-        "angle of entry [deg]": degrees(sqrt(_depth(stiffness) / RADIUS)),
-        **_loaded(record, False),
-        STUCK: where_it_sticks(record) / quantity_of(record, "tension_tight"),
+        "angle of entry [deg]": degrees(sqrt(_depth(stiffness) / SECTION_4.radius)),
+        "T1 [N]": tight,
+        "T2 [N]": slack,
+        RATIO: slip_over_creep(SECTION_4, slip(record), tight, slack),
+        STUCK: where_it_sticks(record) / tight,
         "step [us]": 1e6 * DURATION / record.statistics.steps,
         "warning": warning_on(record),
     }
@@ -280,8 +265,8 @@ def _quantities(done: Record) -> dict[str, Any]:
     turned = np.ptp(channels["pulley_angle"][which], axis=0)
     touching = channels["pulley_index"][which] >= 0
     speeds = np.abs(channels["slip_velocity"][which][touching])
-    active, passive = spans(channels, which)
-    carried = RADIUS * (active - passive)
+    passive, active = sorted(upper_and_lower(done, which))
+    carried = SECTION_4.radius * (active - passive)
     given = np.abs(np.mean(channels["pulley_torque"][which], axis=0))
     return values | {
         "speed of the driver [rad/s]": float(np.mean(channels["pulley_speed"][which, 0])),

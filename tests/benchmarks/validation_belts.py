@@ -33,6 +33,7 @@ from tests.support.belt_closed_forms import (
     creep,
     loop_mode,
     sag,
+    slip_over_creep,
     transverse_mode,
     two_pulley_mode,
 )
@@ -107,7 +108,7 @@ def _drive_row(model: Model, bodies: int) -> Row:
     arcs = [quantity_of(loaded, f"{arc}_arc_driver") for arc in ("adhesion", "contact")]
     return (
         *(model.name, bodies, tight, slack, tight - slack),
-        slip(loaded) * (SECTION_4.axial + tight) / (tight - slack),
+        slip_over_creep(SECTION_4, slip(loaded), tight, slack),
         arcs[0] / arcs[1],
         where_it_sticks(loaded) / tight,
         arc_over_span(idle),
@@ -120,10 +121,10 @@ def full_slip() -> list[Row]:
     cases = [(model, False, bodies, SLOW) for model in MODELS for bodies in (150, 300)]
     cases += [(model, False, 300, FAST) for model in (CORRECTED, STRING)]
     cases += [(CORRECTED, True, bodies, SLOW) for bodies in (150, 300)]
-    return list(starmap(_slip_row, cases))
+    return list(starmap(slip_row, cases))
 
 
-def _slip_row(model: Model, bends: bool, bodies: int, speed: float) -> Row:
+def slip_row(model: Model, bends: bool, bodies: int, speed: float) -> Row:
     turning = speed / SECTION_4.radius  # rad/s, of the driven pulley, which holds the belt
     done = run(
         model,
@@ -161,17 +162,17 @@ GRAVITY, LOOSE = 9.81, 20.0  # m/s^2, N
 
 def waves_and_weight() -> list[Row]:
     """Compare frequencies, the tension in a span that hangs, and its sag."""
-    rows = list(starmap(_pulleys, product(MODELS, WAVE_BODIES)))
+    rows = list(starmap(pulleys, product(MODELS, WAVE_BODIES)))
     for n in WAVE_BODIES:
-        rows += _belt(n)
-    return rows + _weight(WAVE_BODIES[0])
+        rows += waves_of_belt(n)
+    return rows + weight(WAVE_BODIES[0])
 
 
 def _row(what: str, model: str, bodies: int, value: float, exact: float) -> Row:
     return (what, model, bodies, value, exact, 100.0 * (value / exact - 1.0))
 
 
-def _pulleys(model: Model, bodies: int) -> Row:
+def pulleys(model: Model, bodies: int) -> Row:
     """Run a drive at rest whose pulleys get opposite pulses; nothing slides and nothing damps."""
     pulse = "torque = {{time = [0.0, 5e-4, 1e-3], value = [0.0, {}, 0.0]}}"
     sizes = zip(PULLEYS, (-PULSE, PULSE), strict=True)
@@ -199,7 +200,7 @@ def _swing(t: Array, y: Array, guess: float, decay: float) -> tuple[float, float
     return float(found[4]), float(found[2])
 
 
-def _belt(bodies: int) -> list[Row]:
+def waves_of_belt(bodies: int) -> list[Row]:
     """Find waves of the belt itself by their shapes: along the loop, and across a span."""
     say(f"  waves of {bodies} bodies")
     still = {"effects__belt_friction": NO_FRICTION, "drive__driver__torque": 0.0}
@@ -233,7 +234,7 @@ def _belt(bodies: int) -> list[Row]:
     return rows
 
 
-def _weight(bodies: int) -> list[Row]:
+def weight(bodies: int) -> list[Row]:
     """Measure the sag of a level drive, and how tension grows upwards in an upright one."""
     level, upright = (_hanging(bodies, center) for center in ("[0.515, 0.0]", "[0.0, 0.515]"))
     x, y, tension, free = level

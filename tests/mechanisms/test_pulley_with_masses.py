@@ -15,15 +15,13 @@ from tests.support.lifts import (
     GRAVITY,
     SHAFT,
     changes,
-    events,
     gap_rates,
     grips,
     lift,
     ramp,
     solved,
-    times,
 )
-from tests.support.scenarios import SCENARIOS, Scenario, changed, scenario_run
+from tests.support.scenarios import SCENARIOS, Scenario, changed, events, scenario_run, times
 
 R, INERTIA, M1, M2 = 0.25, 2.0, 100.0, 80.0
 R_S, R_K = 0.05 * 0.3 / hypot(1.0, 0.3), 0.05 * 0.2 / hypot(1.0, 0.2)

@@ -1,6 +1,5 @@
 """Bodies on a shaft: what locks them, long rests, loads near zero and narrow tables."""
 
-import random
 from math import atan, degrees, exp, hypot, log, log1p, pi, radians, sin, sqrt
 from typing import Any
 
@@ -10,7 +9,6 @@ import pytest
 import frictionsim as fs
 from frictionsim.results import failures
 from tests.support.scenarios import Scenario, changed, simulate
-from tests.support.second_way import signal
 from tests.support.shaft_scenarios import shaft_scenario
 
 # --- what locks a body
@@ -129,58 +127,6 @@ def test_a_rest_costs_no_more_with_many_periods(backend: str) -> None:
     assert record.transitions == []
     assert record.statistics is not None
     assert record.statistics.rhs_evaluations < 100
-
-
-def drawn_size(rng: random.Random, size: float) -> Any:
-    kind = rng.choice(["number", "sine", "table"])
-    if kind == "number":
-        return rng.uniform(-size, size)
-    if kind == "sine":
-        wave = {"amplitude": rng.uniform(0.0, size), "frequency_hz": rng.uniform(0.3, 20.0)}
-        return {"sine": wave | {"mean": rng.uniform(-size, size), "phase_deg": rng.uniform(0, 360)}}
-    return {"time": [0.0, 0.5, 1.0], "value": [rng.uniform(-size, size) for _ in range(3)]}
-
-
-def excess(data: Scenario, time: Any, s: float) -> Any:
-    """Return the torque in a direction beyond the static limit, at rest at the start, N m."""
-    torque, across, up = signal(data["couples"][0]["size"], time), 0.0, 0.0
-    for force in data["forces"]:
-        size = signal(force["size"], time)
-        x, y = np.array(force["direction"]) / np.hypot(*force["direction"])
-        across, up = across + x * size, up + y * size
-        torque = torque + (force["point"][0] * y - force["point"][1] * x) * size
-    return s * torque - 0.012 * np.hypot(across, up)
-
-
-@pytest.mark.parametrize(("backend", "draws"), [("events", 15), ("rkf45", 8)])
-def test_a_body_breaks_away_at_the_first_excess(backend: str, draws: int) -> None:
-    """Of drawn loads, against 2000 values in the duration: none is passed over."""
-    rng, time = random.Random(7), np.linspace(0.0, 1.0, 2001)
-    solved = moved = 0
-    while solved < draws:
-        forces = [
-            {
-                "name": f"force_{k}",
-                "size": drawn_size(rng, 60.0),
-                "direction": [rng.uniform(-1.0, 1.0), 1.0],
-                "point": [rng.uniform(-0.02, 0.02), 0.0],
-            }
-            for k in range(rng.randint(0, 2))
-        ]
-        data = loaded(drawn_size(rng, 1.5), forces, backend=backend)
-        values = np.maximum(excess(data, time, 1.0), excess(data, time, -1.0))
-        if values[0] > -1e-12:
-            continue  # it moves at once
-        solved += 1
-        first = next((e.time for e in simulate(data).transitions), None)
-        # At rest as long as there is no excess, to rounding of some N m.
-        assert np.max(values[time < (first or 2.0)]) <= 1e-12
-        if first is not None:
-            moved += 1
-            reached = max(excess(data, np.array([first]), s)[0] for s in (1.0, -1.0))
-            # A time is known to 1e-15 s or so; torques change by some 1e3 N m/s.
-            assert reached == pytest.approx(0.0, abs=1e-10)
-    assert draws / 6 <= moved < draws
 
 
 # --- a load that passes zero, or close to it, on a shaft with an eccentric mass

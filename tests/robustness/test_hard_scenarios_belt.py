@@ -3,6 +3,7 @@
 By `rkf45` the short ones always, and those that take seconds in the tests that are `slow`.
 """
 
+import ast
 import itertools
 from functools import cache
 from math import pi, sqrt
@@ -14,8 +15,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from frictionsim.results import Record
-from tests.support.belt_closed_forms import capstan_with_bending
-from tests.support.scenarios import SCENARIOS, sound_file
+from tests.support.belt_closed_forms import SECTION_4, capstan_with_bending, slip_over_creep
+from tests.support.scenarios import SCENARIOS, quantity, sound_file
+from tests.support.second_way_belt import upper_and_lower
 
 HARD = SCENARIOS / "hard"
 by_both = pytest.mark.parametrize(
@@ -30,26 +32,10 @@ def outcome(name: str, backend: str, *overrides: str) -> Record:
     """Run a hard scenario, which must pass its audit and have finite channels only."""
     done = sound_file(HARD / f"{name}.toml", overrides, backend)
     assert all(np.isfinite(channel).all() for channel in done.channels.values())
+    # Below 1e-6 of most, as docs/accuracy.md says; 2e-6 where the whole arc lets go, `belt_squeal`.
+    if backend == "rkf45" and name != "belt_sudden_stop":
+        assert done.checks["energy_balance"].value < 4e-6
     return done
-
-
-def quantity(of: Record, name: str) -> float:
-    value = of.quantities[name].value
-    assert value is not None
-    return value
-
-
-def spans(of: Record, which: Mask) -> tuple[float, float]:
-    """Return the mean tensions of the upper and of the lower span of two equal pulleys.
-
-    They stand side by side; a joint is in a span if neither body beside it touches a pulley.
-    """
-    channels = of.channels
-    free = channels["pulley_index"][which] < 0.0
-    free &= np.roll(free, 1, axis=1)
-    above = channels["y"][which] > 0.0
-    tension = channels["tension"][which]
-    return float(np.mean(tension[free & above])), float(np.mean(tension[free & ~above]))
 
 
 def sliding_fraction(of: Record, pulley: int) -> Channel:
@@ -67,15 +53,22 @@ def mean_slip(of: Record, pulley: int) -> Channel:
 
 
 def test_every_hard_belt_has_a_test() -> None:
-    tested = Path(__file__).read_text(encoding="utf-8")
-    assert [p.stem for p in HARD.glob("belt_*.toml") if f'"{p.stem}"' not in tested] == []
+    run = {
+        ast.literal_eval(node.args[0])
+        for node in ast.walk(ast.parse(Path(__file__).read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "outcome"
+    }
+    assert run == {path.stem for path in HARD.glob("belt_*.toml")}
 
 
 @by_both
 def test_stiff_damping_does_not_limit_the_step(backend: str) -> None:
     done = outcome("belt_stiff_damping", backend)
-    # The methods differ by 2e-4; the slip equals that of the weaker damping to 1 %.
-    assert quantity(done, "tension_tight") == pytest.approx(638.98, rel=5e-4)
+    weak = outcome("belt_stiff_damping", "moreau", "effects.axial_damping.basis=joint")
+    # As it runs up under a ramp: found were differences of 8e-5, and of 6e-3 of the slip.
+    for name in ("tension_tight", "tension_slack"):
+        assert quantity(done, name) == pytest.approx(quantity(weak, name), rel=2e-4)
+    assert quantity(done, "slip_percent") == pytest.approx(quantity(weak, "slip_percent"), rel=0.01)
     if backend == "moreau":
         assert done.statistics.steps < 35_000
 
@@ -87,8 +80,12 @@ def test_a_reversed_torque_reverses_the_drive(backend: str) -> None:
     assert (speed[done.time < 0.14] <= 0.0).all()
     assert (speed[done.time > 0.3] > 0.0).all()
     # Tight and slack span change places.
-    assert quantity(done, "tension_driver_to_driven") < quantity(done, "tension_driven_to_driver")
-    assert quantity(done, "tension_tight") == pytest.approx(785.71, rel=1e-4)
+    tight, slack = (
+        quantity(done, f"tension_{n}") for n in ("driven_to_driver", "driver_to_driven")
+    )
+    # 12 N m over the radius, where the resistance is as much; 150 bodies miss 5e-4 of the force.
+    assert tight - slack == pytest.approx(12.0 / 0.027, rel=1e-3)
+    assert quantity(done, "driven_speed") == pytest.approx(12.0 / 15.0 * 25.1327412, rel=1e-3)
 
 
 @pytest.mark.slow
@@ -101,7 +98,7 @@ def test_an_overloaded_belt_obeys_the_capstan_equation_with_bending(backend: str
         assert not (done.channels["sticking"] * (done.channels["pulley_index"] == 0.0))[slips].any()
         turned = np.ptp(done.channels["pulley_angle"][slips], axis=0)
         assert turned[0] > 100.0 * turned[1]
-        upper, lower = spans(done, slips)
+        upper, lower = upper_and_lower(done, slips)
         ratios.append(lower / upper)
         expected = bending_capstan(upper + lower)
         assert expected == pytest.approx(2.491, abs=1e-3)  # as the scenario states
@@ -143,7 +140,7 @@ def test_the_belt_slips_over_a_stopped_pulley_until_it_sticks(backend: str) -> N
     # As one body, driver and belt lose 100 rad/s by the friction of the slipping arc less the
     # torque, which continues. Waves, 0.5 ms from pulley to pulley and back, cause the rest.
     radius, impedance = 0.027, sqrt(1.52e5 * 0.096)  # N s/m, of a wave along a span
-    both = sum(spans(done, steady))  # N
+    both = sum(upper_and_lower(done, steady))  # N
     ratio = bending_capstan(both)
     surplus = both * (ratio - 1.0) / (ratio + 1.0) - 5.0 / radius
     mass = 2.4e-4 / radius**2 + 0.096 * 1.2
@@ -157,9 +154,9 @@ def test_the_belt_slips_over_a_stopped_pulley_until_it_sticks(backend: str) -> N
     first = (done.time > 0.1002) & (done.time < 0.1006)
     slip = mean_slip(done, 1)
     assert slip[first].mean() == pytest.approx(100.0 * radius - 0.5 * surplus / impedance, rel=0.08)
-    # As found, and 4.2e-3 m of the published polygon. The backends differ by 2e-3.
     after = done.time > 0.0999
-    assert np.trapezoid(slip[after], done.time[after]) == pytest.approx(3.89e-3, rel=0.01)
+    slipped = float(np.trapezoid(slip[after], done.time[after]))
+    assert round(1e3 * slipped, 1) == 3.9  # as the scenario states; 3.89 by both methods
     assert (done.channels["pulley_index"].max(axis=1) == 1.0).all()
 
 
@@ -181,9 +178,8 @@ def test_the_driver_slips_in_a_loose_belt(backend: str) -> None:
     impulse = -0.1 * (t[-1] ** 2 - t[0] ** 2) + 0.027 * 0.15 * np.trapezoid(pressed[late], t)
     gained = np.ptp(c["pulley_speed"][late, 0])
     assert 2.4e-4 * gained == pytest.approx(-impulse, rel=1e-3)
-    # It bulges more to one side, by the last bit, too: two drives, on which both methods agree.
-    way = -1.92e-3 if np.max(c["y"][0]) > -np.min(c["y"][0]) else -1.861e-3
-    assert np.trapezoid(mean_slip(done, 0), done.time) == pytest.approx(way, rel=0.01)
+    # As the scenario states: by the last bit it bulges more to one side, which makes 1.93 or 1.86.
+    assert round(1e3 * float(np.trapezoid(mean_slip(done, 0), done.time)), 1) == -1.9
 
 
 @by_both
@@ -202,32 +198,33 @@ def test_a_fine_mesh_removes_the_polygon_effect(backend: str) -> None:
     coarse = Steady(outcome("belt_fine", "moreau", *AS_PUBLISHED))
     # The torque over the radius, to an error of second order in the length of the bodies.
     assert fine.tight - fine.slack == pytest.approx(15.0 / 0.027, rel=1e-3)
-    # As found with both methods; polygons of 600 and of 1200 bodies go there: 856.6 and 301.4 N,
-    # then 3 N more.
-    assert [fine.tight, fine.slack] == pytest.approx([861.1, 305.8], rel=2e-3)
+    # Those of 600 and of 1200 bodies over 2 s (`results/belt_wrap.md`), to which polygons go, too:
+    # 856.6 and 301.4 N, then 3 N more.
+    assert [fine.tight, fine.slack] == pytest.approx([861.0, 305.6], rel=2e-3)
     assert coarse.tight < 0.985 * fine.tight
     assert coarse.slack < 0.965 * fine.slack
-    assert fine.arc < fine.tight
+    # The limits of fine meshes; off by 1.3 and 6 % in the 20 ms that are looked at here.
+    assert fine.arc / fine.tight == pytest.approx(0.879, rel=0.03)
     assert coarse.arc > 1.15 * coarse.tight
-    assert 0.8 < fine.creep < 1.0
-    assert coarse.creep > 1.3
+    assert fine.slip == pytest.approx(0.908, rel=0.08)
+    assert coarse.slip > 1.3
 
 
 AS_PUBLISHED = ("mechanism.belt.bodies=150", "mechanism.belt.wrap=polygon")
 
 
 class Steady:
-    """Tensions of the spans and of the driver's arc, and slip, at the end of `belt_fine`."""
+    """Tensions of the spans and of the driver's arc, and slip over creep, at the end of a run."""
 
     def __init__(self, done: Record) -> None:
         channels, late = done.channels, done.time >= 0.06
-        self.slack, self.tight = spans(done, late)
+        self.slack, self.tight = upper_and_lower(done, late)
         driver = channels["pulley_index"][late] == 0.0
         inside = driver & np.roll(driver, 1, axis=1) & (channels["sticking"][late] > 0.0)
         self.arc = float(np.mean(channels["tension"][late][inside]))
         turned = np.ptp(channels["pulley_angle"][late], axis=0)
-        # Slip over (T1 - T2)/EA, which an ideal string has.
-        self.creep = (1.0 - turned[1] / turned[0]) / ((self.tight - self.slack) / 1.52e5)
+        slip = float(1.0 - turned[1] / turned[0])
+        self.slip = slip_over_creep(SECTION_4, slip, self.tight, self.slack)
 
 
 @by_both
@@ -294,13 +291,31 @@ def test_the_belt_lifts_off_a_roller_and_touches_it_again(backend: str) -> None:
 
 @pytest.mark.slow
 @by_both
-def test_an_oil_patch_makes_the_belt_slip_temporarily(backend: str) -> None:
-    done = outcome("belt_oil_passes", backend, "solver.duration=1.0")
-    rim = np.abs(done.channels["pulley_speed"])
-    slip = 1.0 - rim[:, 1] / rim[:, 0].clip(1e-3)
-    moving = done.time > 0.3
-    assert slip[moving].max() > 0.3
-    assert np.median(slip[moving][:100]) < 0.1
+def test_an_oil_patch_makes_the_belt_slip_on_one_pulley_after_the_other(backend: str) -> None:
+    done = outcome("belt_oil_passes", backend)
+    # Full slip of either sense, once the belt runs steadily.
+    told = [t for t in done.transitions if t.time > 0.3]
+    assert [t.contact for t in told] == ["driver", "driver", "driven", "driven"]
+    assert [t.mode_to == 0 for t in told] == [False, True, False, True]
+    on_driver, off_driver, on_driven, off_driven = (t.time for t in told)
+    angle = done.channels["pulley_angle"]
+
+    def within(begin: float, end: float) -> Mask:
+        return (done.time > begin + 0.03) & (done.time < end - 0.03)  # without its waves
+
+    def slip(which: Mask) -> float:
+        turned = np.ptp(angle[which], axis=0)
+        return float(1.0 - turned[1] / turned[0])
+
+    for begin, end in ((on_driver, off_driver), (on_driven, off_driven)):
+        which = within(begin, end)
+        assert slip(which) > 0.1  # thirty times its creep
+        slack, tight = sorted(upper_and_lower(done, which))
+        # At mu_k of the oil; 0.5 % less was found, and 150 bodies may miss 1.3 % (`belt_overload`).
+        expected = capstan_with_bending(0.25, pi, 0.026, 0.027, tight)
+        assert tight / slack == pytest.approx(expected, rel=0.015)
+    for begin, end in ((0.3, on_driver), (off_driver, on_driven), (off_driven, 2.0)):
+        assert abs(slip(within(begin, end))) < 0.01  # creep
 
 
 @pytest.mark.nightly

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 
 from tests.support.drawn_scenarios import assert_sound, scenarios
-from tests.support.examples import examples
 from tests.support.scenarios import Scenario
 
 
@@ -18,7 +17,6 @@ def folder() -> Any:
         yield Path(name)
 
 
-@examples(12)
 @given(scenarios())
 def test_results_of_random_scenarios_are_sound(folder: Path, data: Scenario) -> None:
     assert_sound(data, folder)

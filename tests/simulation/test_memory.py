@@ -114,7 +114,7 @@ from pathlib import Path
 fs.solve("pulley", output="small.h5")
 before = int(Path("/proc/self/statm").read_text().split()[1]) * PAGESIZE
 Path("/proc/self/clear_refs").write_text("5")
-run = fs.solve("pulley", {"output.interval": 2e-5}, output="a.h5", max_steps=120)
+run = fs.solve("pulley", {"output.interval": 1e-5}, output="a.h5", max_steps=120)
 (line,) = [s for s in Path("/proc/self/status").read_text().splitlines() if s.startswith("VmHWM")]
 size = 16 * 8 * len(run.record.time)
 print((1024 * int(line.split()[1]) - before) / size, run.path.stat().st_size / size)
@@ -126,8 +126,8 @@ def test_a_checkpoint_takes_half_the_samples_more_at_most(tmp_path: Path) -> Non
     done = python("-c", STOPPED, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     memory_share, disk_share = map(float, done.stdout.split())
-    # 1.5, 9 bytes of channels that follow from the 16 numbers, and 3 MB of what any run needs.
-    assert memory_share <= 1.8
+    # Found were 1.45 to 1.46 of 27 MB; another quarter of the samples in memory makes it 1.70.
+    assert memory_share <= 1.6
     assert disk_share <= 1.1  # each sample once, and those channels
 
 

@@ -63,6 +63,15 @@ def creep(drive: Drive, torque: float, mu: float, speed: float) -> Creep:
     return Creep(tight, slack, sliding(slack), force / (drive.axial + tight))
 
 
+def slip_over_creep(drive: Drive, slip: float, tight: float, slack: float) -> float:
+    """Return a slip over that of a string of the same tensions, which has 1.
+
+    A rim is as fast as the span that runs onto it and sticks, V (1 + T/EA), where V is the speed of
+    the belt unstretched: the string slips by 1 - (EA + T2)/(EA + T1) = (T1 - T2)/(EA + T1).
+    """
+    return slip * (drive.axial + tight) / (tight - slack)
+
+
 def capstan(mu: float, wrap: float) -> float:
     """Return the ratio of the tensions, each less the momentum of the belt."""
     return exp(mu * wrap)

@@ -5,6 +5,7 @@ steppers. Whoever moves one of these changes this file alone; scenarios, runs an
 are asked by `frictionsim` itself.
 """
 
+from functools import cache
 from typing import Any, NamedTuple
 
 import numba
@@ -69,11 +70,17 @@ def compiled(function: Any) -> Any:
     return call
 
 
+@cache
+def _callable(part: Any) -> Any:
+    return compiled(part) if hasattr(part, "py_func") else part
+
+
 def find_contacts(belt: Belt, state: Array) -> None:
     """List the runs of bodies near pulleys; those that are new have a mode afterwards."""
-    kernels.search(belt, belt.kinematics(state), belt.plane, belt.line, belt.wrap)
+    _callable(kernels.search)(belt, belt.kinematics(state), belt.plane, belt.line, belt.wrap)
 
 
 def rates(t: float, h: float, state: Array, rate: Array, belt: Belt) -> None:
     """Write the rate of a state; h is the length of the step, s, for a creep without a time."""
-    kernels.rhs(t, h, state, rate, belt, belt.plane, belt.line, belt.inv_tau, belt.wear)
+    parts = belt.plane, belt.line, belt.inv_tau, belt.wear
+    _callable(kernels.rhs)(t, h, state, rate, belt, *parts)

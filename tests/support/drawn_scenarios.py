@@ -68,8 +68,8 @@ def shafts(draw: st.DrawFn, thickest: float, pressed: float = 0.0) -> dict[str, 
 
 
 def switched(draw: st.DrawFn, effects: dict[str, Any]) -> dict[str, Any]:
-    """Return a random subset of the effects."""
-    return {name: draw(table) for name, table in effects.items() if draw(st.booleans())}
+    """Return a random subset of the effects, most of them."""
+    return {name: draw(table) for name, table in effects.items() if draw(st.integers(0, 3))}
 
 
 @st.composite
@@ -245,7 +245,8 @@ def assert_sound(data: Scenario, folder: Path) -> None:
     done = simulate(data)
     kept = fs.open(fs.Result(done).save(folder / "a.h5")).record
     for name, signal in (*kept.channels.items(), *kept.events.items()):
-        assert np.all(np.isfinite(signal)), name
+        # M/R has no value without a reaction.
+        assert name.startswith("lever_arm") or np.all(np.isfinite(signal)), name
     assert kept.attributes["status"] == done.status
     if done.status != "done":
         assert done.failure
@@ -268,8 +269,17 @@ def assert_lawful(done: Record) -> None:
         getattr(scenario_run(done), "drive", None), "model_fields_set", ()
     ):
         return
-    friction, velocity = done.channels["friction_torque"], done.channels["angular_velocity"]
+    names = ("friction_torque", "angular_velocity", "angular_acceleration", "mode")
+    friction, velocity, acceleration, mode = (done.channels[name] for name in names)
     # Below the absolute tolerance a speed may have either sign.
     moving = np.abs(velocity) > scenario_run(done).solver.atol
     assert np.all((friction * velocity)[moving] <= 0.0)
-    assert not np.any(velocity[done.channels["mode"] == 0.0])
+    assert np.all((mode * velocity)[moving] > 0.0)
+    assert not np.any(velocity[mode == 0.0])
+    assert not np.any(acceleration[mode == 0.0])
+    energies = {name: values for name, values in done.channels.items() if "energy_" in name}
+    largest = max((float(np.max(np.abs(values))) for values in energies.values()), default=0.0)
+    for heat in energies.keys() & {"energy_friction", "energy_damping"}:
+        # A method's weights are not all positive: less than its tolerance may come back.
+        lost = np.diff(energies[heat])
+        assert np.min(lost) >= -1e-12 - scenario_run(done).solver.rtol * largest

@@ -175,18 +175,6 @@ def first_start(body: Body, t: float, q: float, side: int) -> float:
     return t if moves(t) else first(moves, t, body.end)
 
 
-def mirrored(body: Body) -> Body:
-    return body._replace(
-        mean=-body.mean,
-        amplitude=-body.amplitude,
-        free=-body.free,
-        lowest=-body.highest,
-        highest=-body.lowest,
-        angle=-body.angle,
-        velocity=-body.velocity,
-    )
-
-
 def drawn_body(rng: Any) -> Body:
     """Return a body with drawn torques, stops, friction, spring and damper."""
     inertia = float(10.0 ** rng.uniform(-1.3, 0.5))

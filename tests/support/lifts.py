@@ -1,12 +1,12 @@
 """Pulleys with masses on their cords, as data, for tests."""
 
-import json
 from typing import Any
 
 import pytest
 
 from frictionsim.results import Record
-from tests.support.scenarios import ROOT, Scenario, changed, run_anew
+from tests.support.problems import cases
+from tests.support.scenarios import Scenario, changed, run_anew
 
 GRAVITY = 9.81
 
@@ -55,21 +55,8 @@ def solved(data: Scenario) -> Record:
     return result
 
 
-def events(result: Record) -> list[tuple[str, int, int]]:
-    return [(e.contact, e.mode_from, e.mode_to) for e in result.transitions]
-
-
-def times(result: Record) -> list[float]:
-    return [e.time for e in result.transitions]
-
-
-def lift_cases() -> dict[str, Any]:
-    """Return lifts with their motion in closed form, by name; see tests/data/README.md."""
-    rows = json.loads((ROOT / "tests" / "data" / "lift_cases.json").read_text())
-    return {row["name"]: row for row in rows}
-
-
-LIFTS = lift_cases()
+# Lifts with their motion in closed form, see tests/data/README.md.
+LIFTS = {case["name"]: case for case in cases("lift")}
 ROPES = ("car_rope", "counterweight_rope")
 
 

@@ -92,6 +92,22 @@ def _sound(done: Record) -> Record:
     return done
 
 
+def quantity(done: Record, name: str) -> float:
+    """Return a quantity that a run must have."""
+    value = done.quantities[name].value
+    assert value is not None
+    return value
+
+
+def events(done: Record) -> list[tuple[str, int, int]]:
+    """Return the contact and the modes of each change, without its time."""
+    return [(e.contact, e.mode_from, e.mode_to) for e in done.transitions]
+
+
+def times(done: Record) -> list[float]:
+    return [e.time for e in done.transitions]
+
+
 def run_anew(data: Scenario) -> Record:
     return fs.solve(fs.load(data, folder=SCENARIOS)).record
 

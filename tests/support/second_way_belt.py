@@ -1,8 +1,11 @@
 """An independent reader of belt drives, see `second_way`."""
 
+from typing import Any
+
 import numpy as np
 
 import frictionsim as fs
+from frictionsim.results import Record
 from tests.support.second_way import Array, Recorded, Seen
 
 SHARE = 0.2  # of the run, at its end: means are over it
@@ -38,6 +41,18 @@ def averaged(time: Array, values: Array) -> Seen:
 
 
 # --- tensions -------------------------------------------------------------------------------------
+
+
+def upper_and_lower(done: Record, which: Any) -> tuple[float, float]:
+    """Return the mean tensions of the upper and of the lower span of two equal pulleys, N.
+
+    They stand side by side; a joint is in a span if neither body beside it touches a pulley.
+    """
+    channels = done.channels
+    free = channels["pulley_index"][which] < 0.0
+    free &= np.roll(free, 1, axis=1)
+    above, tension = channels["y"][which] > 0.0, channels["tension"][which]
+    return float(np.mean(tension[free & above])), float(np.mean(tension[free & ~above]))
 
 
 def touching(record: Recorded) -> Array:

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from tests.support.second_way import signal
+
 TIMES = np.linspace(0.0, 2.0, 21)
 Table = dict[str, Any]
 
@@ -76,13 +78,11 @@ def drawn_motion(number: int) -> Table:
 
 
 def size_of(size: Any, channels: Table) -> Any:
-    if isinstance(size, float | int):
-        return np.full(TIMES.shape, float(size))
-    if "speed" in size:
-        return np.interp(channels["angular_velocity"], size["speed"], size["value"])
-    if "angle_deg" in size:
-        return np.interp(np.degrees(channels["angle"]), size["angle_deg"], size["value"])
-    return np.interp(channels["time"], size["time"], size["value"])
+    over = {"speed": channels["angular_velocity"], "angle_deg": np.degrees(channels["angle"])}
+    for key, values in over.items():
+        if isinstance(size, dict) and key in size:
+            return np.interp(values, size[key], size["value"])
+    return signal(size, channels["time"])
 
 
 def acting(scenario: Table, channels: Table) -> dict[str, tuple[Any, Any]]:

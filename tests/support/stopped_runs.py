@@ -47,20 +47,6 @@ def calls_of(data: dict[str, Any]) -> list[float]:
     return times
 
 
-def assert_same_when_interrupted(data: dict[str, Any], folder: Path, *stops: list[int]) -> None:
-    """Stop a run after each number of calls; its last file must equal that of a whole run."""
-    whole, part = folder / "whole.h5", folder / "part.h5"
-    fs.solve(data, output=whole)
-    for places in stops:
-        result = fs.solve(data, output=part, progress=stopping(places[0]))
-        for place in [*places[1:], None]:
-            assert (result.status, result.failure) == ("failed", "budget_exceeded")
-            result = fs.resume(result, progress=False if place is None else stopping(place))
-            if result.status == "done":
-                break
-        assert part.read_bytes() == whole.read_bytes()
-
-
 def stopped_at(
     change: int, work: Callable[[], int], folder: Path, number: int = signal.SIGKILL
 ) -> int:
