@@ -1,6 +1,6 @@
 """The scenario of each combination of values."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from threading import Lock
 from typing import Any
@@ -11,7 +11,7 @@ from frictionsim.errors import InputError, ScenarioError
 from frictionsim.scenario.model_fields import expanded, unknown_key
 from frictionsim.scenario.overrides import REMOVED, REMOVED_TEXT, apply_overrides
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.toml_data import plain, toml_value
+from frictionsim.scenario.toml_data import KeyPath, plain, toml_value
 from frictionsim.scenario.validation import ValidationFailure, validate_model
 
 MAX_SHOWN = 60  # characters of a value in a message
@@ -30,7 +30,8 @@ class Combinations:
         self._numbers = expanded({key: number for number, key in enumerate(keys)})
         for key in self._numbers:
             if key.strip() == "kind":
-                raise InputError("vary kind: a sweep has runs of one kind; start one for each")
+                fault = "vary kind: a sweep has runs of one kind; start one for each"
+                raise InputError(fault, key="vary.kind")
         # Without defaults: some depend on other keys, such as output.interval on the duration.
         self._data = plain(
             scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)
@@ -79,15 +80,25 @@ class Combinations:
         for key in (key for key, value in overrides.items() if value is REMOVED):
             if fault := unknown_key(type(self.base), key):
                 raise InputError(f"vary: {key}: {fault}")
-        data = _copied(self._data)
+        data, paths = _copied(self._data), dict[KeyPath, str]()
         try:
-            apply_overrides(data, overrides)
+            paths = apply_overrides(data, overrides)[0]
             return validate_model(type(self.base), data, self._folder)
         except ValidationFailure as failure:
-            faults = failure.lines()
+            faults, at = failure.lines(), failure.faults[0][0]
         except ScenarioError as error:
             faults = [fault.partition(": ")[2] for fault in error.faults]
-        raise InputError(f"vary: {combination_text(overrides)} is not valid: {'; '.join(faults)}")
+            at = tuple(faults[0].partition(": ")[0].split("."))
+        raise InputError(
+            f"vary: {combination_text(overrides)} is not valid: {'; '.join(faults)}",
+            key=self._varied_key(at, paths or [tuple(key.split(".")) for key in self._numbers]),
+        )
+
+    def _varied_key(self, at: KeyPath, paths: Iterable[KeyPath]) -> str:
+        """Return the key of a study, among those of some paths, that is nearest to a fault."""
+        shared = [sum(path[:n] == at[:n] for n in range(1, len(path) + 1)) for path in paths]
+        number = [*self._numbers.values()][shared.index(max(shared))]
+        return f"vary.{self.keys[number]}" if max(shared) else "vary"
 
 
 def combination_text(values: dict[str, Any]) -> str:

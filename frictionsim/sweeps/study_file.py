@@ -14,7 +14,7 @@ seed = 1
 "mechanism.load" = "normal(2224, 50)"   # keys joined by commas are equal
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from math import inf
 from pathlib import Path
@@ -89,23 +89,17 @@ class SweepStudy(NamedTuple):
     scenario: "Scenario"
     options: SweepOptions
     folder: Path  # of file names in the values
-    places: Mapping[str, str] = {}  # file and line of each varied key, for messages
+    place: Callable[[str], str] | None = None  # of a key: file and line, for messages
 
     @contextmanager
     def placed(self) -> Iterator[None]:
-        """Return the context in which a fault of varied values names file and line of the key."""
+        """Return the context in which a fault of the variation names file and line of its key."""
         try:
             yield
         except InputError as error:
-            if not self.places:
+            if self.place is None:
                 raise
-            fault = str(error).rpartition(" is not valid: ")[2]
-            named = [
-                place
-                for key, place in self.places.items()
-                if any(name.rpartition(".")[2] in fault for name in names_in(key))
-            ]
-            raise InputError(f"{[*named, *self.places.values()][0]}{error}") from error
+            raise InputError(f"{self.place(error.key)}: {error}") from error
 
 
 def is_study(data: Mapping[str, Any]) -> bool:
@@ -136,8 +130,7 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str, text: str 
                 tables.add(f"vary.{key}", fault)
     if scenario is None or tables.faults:
         raise ScenarioError(sorted(tables.faults, key=tables.line_of))
-    lines = {key: f"{tables.place(f'vary.{key}')}: " for key in options.vary} if text else {}
-    return SweepStudy(scenario, options, place, lines)
+    return SweepStudy(scenario, options, place, tables.place if text else None)
 
 
 class _Tables:
