@@ -52,7 +52,8 @@ def events_dataset(record: "Record") -> xarray.Dataset:
     """Return the events along the dimension `event`, with the names of the contacts."""
     arrays = dict(record.events)
     contacts = [record.contacts[index] for index in arrays.pop("contact").tolist()]
-    if not contacts and not record.members:  # what they would have; those of belts have no more
+    # What they would have; those of belts have no more.
+    if not contacts and record.attributes["kind"] != "belt_drive":
         for name in record.channels:
             if name not in ("time", "angle", "mode") and not name.startswith("energy_"):
                 arrays |= {f"{name}_{side}": np.zeros(0) for side in ("before", "after")}

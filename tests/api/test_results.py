@@ -275,6 +275,9 @@ def test_a_run_without_events_has_the_variables_of_events() -> None:
     still, moving = (fs.solve(PULLEY, {"drive.force": force}) for force in (2000.0, 3000.0))
     assert (still.events.sizes["event"], moving.events.sizes["event"]) == (0, 1)
     assert set(still.events.variables) == set(moving.events.variables)
+    short = {"solver.duration": 1e-3, "output.channels": ["energy_input"]}
+    belt = fs.solve(SCENARIOS / "belt_string.toml", short)
+    assert {*belt.events.variables} == {"event", "time", "contact", "mode_from", "mode_to"}
 
 
 def test_transitions_are_the_events_of_the_file_in_words(tmp_path: Path) -> None:
