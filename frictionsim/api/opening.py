@@ -97,7 +97,7 @@ def _by_keys(records: Sequence[Record]) -> list[str]:
     from frictionsim.scenario.toml_data import differing_keys
 
     try:
-        differing = differing_keys(records)
+        differing = differing_keys([record.attributes["scenario"] for record in records])
     except InputError:
         return []
     keys = [key for key in differing if key not in UNNAMED]
@@ -112,8 +112,7 @@ def _by_keys(records: Sequence[Record]) -> list[str]:
 
 
 def _text(value: Any, unit: str) -> str:
-    if value is None:
-        return "none"
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return str(value).lower() if isinstance(value, bool) else str(value)
-    return with_unit(study_text(value), unit)
+    from frictionsim.scenario.overrides import override_text
+
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return with_unit(study_text(value), unit) if is_number else override_text(value)

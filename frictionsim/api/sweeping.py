@@ -8,7 +8,6 @@ from os import PathLike
 from pathlib import Path
 from shutil import copytree
 from signal import SIGINT, Signals
-from tomllib import loads
 from typing import TYPE_CHECKING, Any
 
 from frictionsim.api.scenarios import with_overrides
@@ -46,7 +45,7 @@ from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource, read_toml
 from frictionsim.scenario.origin import scenario_file
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.toml_data import keys_and_values, toml_tables
+from frictionsim.scenario.toml_data import changes, toml_tables
 from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import (
     Monitor,
@@ -321,28 +320,24 @@ def _check_files(whole: Path, resumed: Path | None, no_clobber: bool, study: str
     with suppress(InputError, KeyError):  # the earlier file may be anything
         if resumed is None and whole.is_file():
             with opened(whole) as file:
-                keys = _differing(str(file.attrs["study"]), study)
-            if keys:
+                text = _changes(str(file.attrs["study"]), study)
+            if text:
                 note = {"note": True}
-                LOG.warning(
-                    "%s is a sweep of other values (%s), and replaced", whole, keys, extra=note
-                )
+                LOG.warning("%s replaces a sweep of other values (%s)", whole, text, extra=note)
 
 
 def _difference(unfinished: Path, study: str) -> str:
     """Return the end of a message: the keys in which an unfinished sweep differs from a study."""
     try:
-        keys = _differing(read_unfinished(unfinished).header.attributes["study"], study)
+        text = _changes(read_unfinished(unfinished).header.attributes["study"], study)
     except InputError:  # damaged, or another process is at its beginning
         return ""
-    return f". It differs from what is given in {keys}" if keys else ""
+    return f". It is of other values ({text})" if text else ""
 
 
-def _differing(other: str, study: str) -> str:
-    """Return the keys in which two studies in TOML differ."""
-    of, given = (dict(keys_and_values(loads(text), lists="whole")) for text in (other, study))
-    keys = [key for key in sorted({*of, *given}) if of.get(key) != given.get(key)]
-    return ", ".join(key.removeprefix("vary.").removeprefix("study.scenario.") for key in keys)
+def _changes(before: str, study: str) -> str:
+    texts = changes(before, study)
+    return "; ".join(one.removeprefix("vary.").removeprefix("study.scenario.") for one in texts)
 
 
 def _series_of(whole: Path) -> Path:

@@ -2,13 +2,12 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from frictionsim.display import (
     DIGITS,
     MESH_DIGITS,
     MODE_WORDS,
-    cut_text,
     error_text,
     number_text,
     quantity_text,
@@ -218,30 +217,19 @@ def differences(runs: Sequence[ReportedRun], length: int = MAX_VALUE) -> Block:
     `length` is the most characters of a value.
     """
     try:
-        from frictionsim.scenario.toml_data import differing_keys
+        from frictionsim.scenario.toml_data import differing_keys, value_text
 
-        differing = differing_keys([run.record for run in runs])
+        differing = differing_keys([run.record.attributes["scenario"] for run in runs])
     except InputError as error:
         return str(error)
     if not differing:
         return "The scenarios are the same."
-    rows = [(name, *(_cell(v, length) for v in values)) for name, values in differing.items()]
+    rows = [
+        (name, *(ABSENT if value is None else value_text(value, length) for value in values))
+        for name, values in differing.items()
+    ]
     caption = f"Keys in which the scenarios differ; {ABSENT} where there is none"
     return Table(["key", *(run.label for run in runs)], rows, caption)
-
-
-def _cell(value: Any, length: int) -> str:
-    text = ABSENT if value is None else _value(value)
-    if len(text) <= length or not isinstance(value, list):
-        return cut_text(text, length)
-    end = f"... {len(value)} in all]"
-    return text[: length - len(end)].rpartition(" ")[0] + f" {end}"  # after a whole value
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(map(_value, value))}]"
-    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def origins(runs: Sequence[ReportedRun]) -> Table:

@@ -11,7 +11,7 @@ from frictionsim.errors import InputError, ScenarioError
 from frictionsim.scenario.model_fields import expanded, unknown_key
 from frictionsim.scenario.overrides import REMOVED, REMOVED_TEXT, apply_overrides
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.toml_data import KeyPath, plain, toml_value
+from frictionsim.scenario.toml_data import KeyPath, plain, value_text
 from frictionsim.scenario.validation import ValidationFailure, validate_model
 
 MAX_SHOWN = 60  # characters of a value in a message
@@ -89,8 +89,9 @@ class Combinations:
         except ScenarioError as error:
             faults = [fault.partition(": ")[2] for fault in error.faults]
             at = tuple(faults[0].partition(": ")[0].split("."))
+        values_by_key = (f"{k}={value_text(value, MAX_SHOWN)}" for k, value in overrides.items())
         raise InputError(
-            f"vary: {combination_text(overrides)} is not valid: {'; '.join(faults)}",
+            f"vary: {', '.join(values_by_key)} is not valid: {'; '.join(faults)}",
             key=self._varied_key(at, paths or [tuple(key.split(".")) for key in self._numbers]),
         )
 
@@ -99,15 +100,6 @@ class Combinations:
         shared = [sum(path[:n] == at[:n] for n in range(1, len(path) + 1)) for path in paths]
         number = [*self._numbers.values()][shared.index(max(shared))]
         return f"vary.{self.keys[number]}" if max(shared) else "vary"
-
-
-def combination_text(values: dict[str, Any]) -> str:
-    """Return a combination of values for a message."""
-    parts = []
-    for key, value in values.items():
-        text = REMOVED_TEXT if value is REMOVED else toml_value(value)
-        parts.append(f"{key}={text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + '...'}")
-    return ", ".join(parts)
 
 
 def _copied(value: Any) -> Any:
