@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 KeyPath = tuple[str | int, ...]
 
-MAX_VALUE = 60  # characters of the value of a key that differs
+MAX_VALUE = 60  # characters of a value in a message
 # Scenarios are written by hand; long signals belong in a CSV file.
 MAX_BYTES = 1024 * 1024
 # tomllib takes 20 GB for a key of 100 000 parts. The first part begins where a word begins: else a
@@ -242,7 +242,7 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def value_text(value: Any, length: int) -> str:
+def value_text(value: Any, length: int = MAX_VALUE) -> str:
     """Return the value of a key in TOML with at most so many characters; None is `none`.
 
     A list that is longer ends after a whole value, with the number of all.
@@ -295,7 +295,7 @@ def changes(first: str, second: str, between: str = ", now ", most: int = 3) -> 
     `between` stands between the two values. Of more keys than `most` the others are counted.
     """
     texts = [
-        f"{key}: {between.join(value_text(value, MAX_VALUE) for value in values)}"
+        f"{key}: {between.join(value_text(value) for value in values)}"
         for key, values in differing_keys([first, second]).items()
     ]
     more = len(texts) - most
