@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from frictionsim.results import Record
+    from frictionsim.scenario.settings import Scenario
 
 KeyPath = tuple[str | int, ...]
 
@@ -219,6 +220,14 @@ def plain(value: Any, where: str = "scenario") -> Any:
     raise ScenarioError(
         [f"{where}: expected a number, text, boolean, list or table, got {type(value).__name__}"]
     )
+
+
+def tables_of(scenario: "Scenario") -> Any:
+    """Return the tables of a scenario without defaults: some depend on other keys.
+
+    As output.interval does on the duration.
+    """
+    return plain(scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True))
 
 
 def toml_value(value: Any) -> str:

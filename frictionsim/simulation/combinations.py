@@ -8,7 +8,7 @@ from frictionsim.errors import InputError, ScenarioError
 from frictionsim.scenario.model_fields import expanded, unknown_key
 from frictionsim.scenario.overrides import REMOVED, REMOVED_TEXT, apply_overrides
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.toml_data import KeyPath, plain, value_text
+from frictionsim.scenario.toml_data import KeyPath, tables_of, value_text
 from frictionsim.scenario.validation import ValidationFailure, validate_model
 
 
@@ -27,10 +27,7 @@ class Combinations:
             if key.strip() == "kind":
                 fault = "vary kind: a sweep has runs of one kind; start one for each"
                 raise InputError(fault, key="vary.kind")
-        # Without defaults: some depend on other keys, such as output.interval on the duration.
-        self._data = plain(
-            scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)
-        )
+        self._data = tables_of(scenario)
         self._folder = Path(scenario.origin.source).parent if folder is None else folder
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -34,6 +34,7 @@ from frictionsim.scenario.toml_data import (
     keys_and_values,
     plain,
     tables_and_keys,
+    tables_of,
 )
 from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
 from frictionsim.sweeps.values import (
@@ -238,8 +239,7 @@ def study_toml(study: SweepStudy) -> str:
     """Return a study as TOML, including its scenario, for `study_of`."""
     import tomli_w
 
-    scenario = study.scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)
-    options = study.options
+    scenario, options = tables_of(study.scenario), study.options
     sample_options = () if options.sample is None else ("sample", *SAMPLE_OPTIONS)
     settings = {name: getattr(options, name) for name in ("zip", "keep_series", *sample_options)}
     vary = {key: _toml_values(values) for key, values in options.vary.items()}
