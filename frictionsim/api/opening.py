@@ -77,6 +77,27 @@ def files_of(results: Sequence[Any]) -> list[str]:
     return [str(one.path or f"result {number}") for number, one in enumerate(results, start=1)]
 
 
+def results_of_one_kind(contents: "Sequence[Result | Sweep]") -> list[Result]:
+    """Return results that are shown together.
+
+    InputError is raised if one is a sweep, or of another kind than the first.
+    """
+    files, results = files_of(contents), list[Result]()
+    for file, one in zip(files, contents, strict=True):
+        if not isinstance(one, Result):
+            raise InputError(
+                f"{file}: a sweep is not shown beside results of runs; give it alone, or vary more"
+                " keys in one sweep"
+            )
+        results.append(one)
+        if one.kind != results[0].kind:
+            raise InputError(
+                f"cannot show results of different kinds together: {files[0]} is of kind"
+                f" '{results[0].kind}', {file} of kind '{one.kind}'"
+            )
+    return results
+
+
 def names_of(results: Sequence[Result]) -> list[str]:
     """Return a name for each result, such as "mu_s = 0.3"; that of its file if there is none.
 
