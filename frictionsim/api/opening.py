@@ -65,10 +65,7 @@ def side_by_side(results: Sequence[Result]) -> str:
     from frictionsim.document import as_text
     from frictionsim.reports.run_tables import ReportedRun, differences, summary
 
-    runs = [
-        ReportedRun(result.record, result.path, label, errors=result.errors)
-        for result, label in zip(results, names_of(results), strict=True)
-    ]
+    runs = [*map(ReportedRun, results, names_of(results))]
     return as_text([differences(runs, MAX_VALUE), *summary(runs)])
 
 

@@ -144,11 +144,4 @@ def _html_of_runs(runs: Sequence[Result]) -> str:
     from frictionsim.reports.run import run_report
     from frictionsim.reports.run_tables import ReportedRun
 
-    return run_report(
-        [
-            ReportedRun(
-                run.record, run.path, label, run.effects, run.errors, run.error_estimate, run._other
-            )
-            for run, label in zip(runs, names_of(runs), strict=True)
-        ]
-    )
+    return run_report([*map(ReportedRun, runs, names_of(runs))])
