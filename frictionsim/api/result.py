@@ -541,11 +541,15 @@ def open(path: str | PathLike[str]) -> Result:
     InputError
         If it does not exist or is not a result.
     """
-    from frictionsim.io.names import existing_name
-    from frictionsim.io.result_reader import read
+    from frictionsim.api.opening import result_or_sweep
 
-    file = existing_name(as_path("path", path))
-    return Result(read(file), file)
+    found = result_or_sweep(as_path("path", path))
+    if isinstance(found, Result):
+        return found
+    raise InputError(
+        f"{found.path}: this is a sweep, not the result of a run; 'frictionsim plot {found.path}'"
+        " draws it, and fs.open_sweep reads it"
+    )
 
 
 def checkpoint_of(result: Result) -> dict[str, Any]:

@@ -132,22 +132,8 @@ def _add(file: Any, name: str, values: Any, channel: Channel, scales: Sequence[A
     return dataset
 
 
-def read_sweep(path: Path) -> SweepTable:
-    """Read the file of a sweep.
-
-    Raises
-    ------
-    InputError
-        If there is none, it is not readable or damaged, or it is the result of a run.
-    """
-    with opened(path, "sweep") as file:
-        if VERSION_NAME not in file.attrs:
-            raise InputError(f"{path}: this is the result of a run, not a sweep; fs.open reads it")
-        return sweep_in(file, path)
-
-
-def read_any(path: Path) -> Record | SweepTable:
-    """Read a result file, the file of a sweep or an unfinished sweep.
+def read_any(path: Path, what: str = "result") -> Record | SweepTable:
+    """Read a result file, the file of a sweep or an unfinished sweep; `what` is for messages.
 
     Raises
     ------
@@ -156,7 +142,7 @@ def read_any(path: Path) -> Record | SweepTable:
     """
     if is_unfinished_sweep(path):
         return read_unfinished(path).table
-    with opened(path) as file:
+    with opened(path, what) as file:
         return sweep_in(file, path) if VERSION_NAME in file.attrs else record_in(file, path)
 
 
