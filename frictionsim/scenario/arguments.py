@@ -4,6 +4,7 @@ from os import PathLike, fsdecode
 from pathlib import Path
 from typing import Any
 
+from frictionsim.display import cut_text
 from frictionsim.errors import ArgumentError
 
 ColumnKey = str | int  # the name of a column, or its number from 1
@@ -32,12 +33,7 @@ def toml_text(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"a list of {len(value)}"
     text = str(value).lower() if isinstance(value, bool) else str(value)
-    return shortened(f"'{text}'" if isinstance(value, str) else text, MAX_VALUE_LENGTH)
-
-
-def shortened(text: str, length: int) -> str:
-    """Return a text, cut to a length."""
-    return text if len(text) <= length else text[: length - 3] + "..."
+    return cut_text(f"'{text}'" if isinstance(value, str) else text, MAX_VALUE_LENGTH)
 
 
 def plain_number(value: Any) -> Any:
