@@ -29,6 +29,10 @@ class InputError(FrictionsimError):
 
     exit_code = EXIT_BAD_INPUT
 
+    def __init__(self, *args: Any, key: str = "") -> None:
+        super().__init__(*args)
+        self.key = key  # of a study, which is at fault
+
 
 class ArgumentError(InputError):
     """An invalid argument of a function, which is an option of the command line.

@@ -3,13 +3,14 @@
 from collections.abc import Iterable
 from math import ceil, inf, log10
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field
 
 from frictionsim.api.result import Result
 from frictionsim.api.result import open as open_result
 from frictionsim.display import STUDY_DIGITS, number_text, short_text, study_text
 from frictionsim.document import Data, Document, Table
-from frictionsim.errors import ArgumentError
 from frictionsim.io.comparison import (
     ComparedChannel,
     Comparison,
@@ -17,13 +18,14 @@ from frictionsim.io.comparison import (
     compare_records,
 )
 from frictionsim.results import finite
-from frictionsim.scenario.arguments import as_number, as_path
-from frictionsim.scenario.options import as_names
+from frictionsim.scenario.arguments import as_path
+from frictionsim.scenario.options import Names, Options
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
 
 
+Tolerance = Annotated[float, Field(ge=0, allow_inf_nan=True)]
 RTOL, ATOL, TIME_ATOL = 1e-6, 1e-9, 1e-6
 MAX_DIGITS = 17  # tell any two floats apart
 MAX_VERDICT = 14  # characters, such as "pulley driven"; longer ones are below the table
@@ -31,6 +33,15 @@ HEADINGS = (
     *("channel or quantity", "", ">value", ">expected", "unit"),
     *(">off by", ">allowed"),
 )
+
+
+class CompareOptions(Options):
+    """The arguments of `compare` beside the results; an infinite tolerance is none."""
+
+    rtol: Tolerance = RTOL
+    atol: Tolerance = ATOL
+    time_atol: Tolerance = TIME_ATOL
+    ignore: Names = ()
 
 
 def compare(
@@ -81,14 +92,10 @@ def compare(
         If they cannot be compared: a file is unreadable, the kinds differ, or both runs are done
         but sampled at different times.
     """
-    given = {"rtol": rtol, "atol": atol, "time_atol": time_atol}
-    limits = [as_number(name, value, zero=True) for name, value in given.items()]
-    try:
-        ignored = as_names(ignore)
-    except ValueError as error:
-        raise ArgumentError("ignore", str(error)) from None
+    given = CompareOptions.among(locals())
     named = _named("result", result, "the result"), _named("golden", golden, "the golden result")
-    return compare_records(*named, Tolerances(*limits), ignored)
+    limits = Tolerances(given.rtol, given.atol, given.time_atol)
+    return compare_records(*named, limits, given.ignore)
 
 
 def _named(argument: str, source: Any, words: str) -> "tuple[str, Record]":

@@ -20,9 +20,10 @@ from frictionsim.io.sweep_table import (
     VERSION_NAME,
     Coordinate,
     SweepTable,
+    from_stored,
 )
 from frictionsim.results import Channel
-from frictionsim.simulation.averages import WEIGHTED
+from frictionsim.simulation.averages import words_of
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -51,7 +52,8 @@ def events_dataset(record: "Record") -> xarray.Dataset:
     """Return the events along the dimension `event`, with the names of the contacts."""
     arrays = dict(record.events)
     contacts = [record.contacts[index] for index in arrays.pop("contact").tolist()]
-    if not contacts and not record.members:  # what they would have; those of belts have no more
+    # What they would have; those of belts have no more.
+    if not contacts and record.attributes["kind"] != "belt_drive":
         for name in record.channels:
             if name not in ("time", "angle", "mode") and not name.startswith("energy_"):
                 arrays |= {f"{name}_{side}": np.zeros(0) for side in ("before", "after")}
@@ -97,7 +99,7 @@ def sweep_dataset(table: SweepTable) -> xarray.Dataset:
     dimensions, shape = tuple(table.dimensions), table.shape
     coordinates: dict[str, Any] = {}
     for key, coordinate in table.coordinates.items():
-        values, words = coordinate.values, {"long_name": coordinate.long_name}
+        values, words = coordinate.stored, {"long_name": coordinate.long_name}
         if isinstance(values, list):
             values = np.array(values, dtype=str)
         else:
@@ -108,8 +110,7 @@ def sweep_dataset(table: SweepTable) -> xarray.Dataset:
         coordinates[RUN] = (RUN, np.arange(table.runs), words)
     variables: dict[str, Any] = {}
     for name, values in table.values.items():
-        mean = ", weighted mean or mean over whole periods" if name in WEIGHTED else ""
-        words = {"units": table.units[name], "long_name": name.replace("_", " ") + mean}
+        words = {"units": table.units[name], "long_name": words_of(name)}
         variables[name] = (dimensions, values.reshape(shape), words)
     words = {"units": "1", "long_name": "outcome of the run"}
     status = table.status.reshape(shape)
@@ -175,4 +176,4 @@ def _coordinate(key: str, variable: Any) -> Coordinate:
     dimension = str(variable.dims[0])
     if values.dtype.kind in "OUST":
         return Coordinate(dimension, [str(value) for value in values], "", words)
-    return Coordinate(dimension, values, str(variable.attrs.get("units", "1")), words)
+    return Coordinate(dimension, from_stored(values), str(variable.attrs.get("units", "1")), words)

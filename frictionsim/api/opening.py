@@ -18,8 +18,8 @@ UNNAMED = ("title", "$schema")
 MAX_VALUE = 36  # characters of a key's value, of which two are beside each other in a line
 
 
-def result_or_sweep(path: Path) -> "Result | Sweep":
-    """Read a result file, the file of a sweep or an unfinished sweep.
+def result_or_sweep(path: Path, what: str = "result") -> "Result | Sweep":
+    """Read a result file, the file of a sweep or an unfinished sweep; `what` is for messages.
 
     InputError is raised if it is neither the result of a run nor a sweep.
     """
@@ -27,7 +27,7 @@ def result_or_sweep(path: Path) -> "Result | Sweep":
     from frictionsim.io.sweep_file import read_any
 
     path = existing_name(path)
-    content = read_any(path)
+    content = read_any(path, what)
     if isinstance(content, Record):
         return Result(content, path)
     from frictionsim.api.sweep_result import Sweep  # the result of a run needs none of it
@@ -65,16 +65,34 @@ def side_by_side(results: Sequence[Result]) -> str:
     from frictionsim.document import as_text
     from frictionsim.reports.run_tables import ReportedRun, differences, summary
 
-    runs = [
-        ReportedRun(result.record, result.path, label, errors=result.errors)
-        for result, label in zip(results, names_of(results), strict=True)
-    ]
+    runs = [*map(ReportedRun, results, names_of(results))]
     return as_text([differences(runs, MAX_VALUE), *summary(runs)])
 
 
 def files_of(results: Sequence[Any]) -> list[str]:
     """Return the paths of results as text; of one without a file its number."""
     return [str(one.path or f"result {number}") for number, one in enumerate(results, start=1)]
+
+
+def results_of_one_kind(contents: "Sequence[Result | Sweep]") -> list[Result]:
+    """Return results that are shown together.
+
+    InputError is raised if one is a sweep, or of another kind than the first.
+    """
+    files, results = files_of(contents), list[Result]()
+    for file, one in zip(files, contents, strict=True):
+        if not isinstance(one, Result):
+            raise InputError(
+                f"{file}: a sweep is not shown beside results of runs; give it alone, or vary more"
+                " keys in one sweep"
+            )
+        results.append(one)
+        if one.kind != results[0].kind:
+            raise InputError(
+                f"cannot show results of different kinds together: {files[0]} is of kind"
+                f" '{results[0].kind}', {file} of kind '{one.kind}'"
+            )
+    return results
 
 
 def names_of(results: Sequence[Result]) -> list[str]:
@@ -97,7 +115,7 @@ def _by_keys(records: Sequence[Record]) -> list[str]:
     from frictionsim.scenario.toml_data import differing_keys
 
     try:
-        differing = differing_keys(records)
+        differing = differing_keys([record.attributes["scenario"] for record in records])
     except InputError:
         return []
     keys = [key for key in differing if key not in UNNAMED]
@@ -112,8 +130,7 @@ def _by_keys(records: Sequence[Record]) -> list[str]:
 
 
 def _text(value: Any, unit: str) -> str:
-    if value is None:
-        return "none"
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return str(value).lower() if isinstance(value, bool) else str(value)
-    return with_unit(study_text(value), unit)
+    from frictionsim.scenario.overrides import override_text
+
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return with_unit(study_text(value), unit) if is_number else override_text(value)

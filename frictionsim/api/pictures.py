@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from frictionsim.api.opening import files_of, names_of, opened, result_or_sweep
+from frictionsim.api.opening import (
+    files_of,
+    names_of,
+    opened,
+    result_or_sweep,
+    results_of_one_kind,
+)
 from frictionsim.api.result import Result
 from frictionsim.api.result import open as open_result
 from frictionsim.api.sweep_result import Sweep, quantities_of
@@ -18,7 +24,6 @@ from frictionsim.plots import (
     ALL,
     applicable,
     check_count,
-    check_several,
     draw,
     draw_several,
     view_of,
@@ -205,15 +210,10 @@ def _result(result: Result, options: PlotOptions) -> _Subject:
 
 def _several(results: Sequence[Any], options: PlotOptions) -> _Subject:
     options.check_for(SEVERAL)
-    files = files_of(results)
-    for file, one in zip(files, results, strict=True):
-        if not isinstance(one, Result):
-            raise InputError(
-                f"{file}: this is a sweep; only results of runs are drawn over each other; draw it"
-                " alone"
-            )
-    records = [one.record for one in results]
-    check_several(records, files)
+    records = [one.record for one in results_of_one_kind(results)]
+    for file, record in zip(files_of(results), records, strict=True):
+        if not record.channels["time"].size:
+            raise InputError(f"{file}: cannot draw this result: it has no samples")
     kind, names, shown = results[0].kind, names_of(results), options.shown_of()
 
     def drawing(view: str | None) -> Drawing:

@@ -5,7 +5,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.opening import names_of, opened
+from frictionsim.api.opening import names_of, opened, results_of_one_kind
 from frictionsim.api.result import Result
 from frictionsim.api.studies import Study, study_parts
 from frictionsim.api.sweep_result import Sweep, sweep_parts
@@ -91,13 +91,7 @@ def _html(sources: Sequence[Any]) -> str:
         if place in places[:number]:
             raise InputError(f"{source}: this result is given twice; compare it with another one")
     runs = [opened(source, Result, argument="source") for source in sources]
-    for source, run in zip(sources, runs, strict=True):
-        if not isinstance(run, Result):
-            raise InputError(
-                f"{source}: a sweep is not compared with results of runs; report it by itself, or"
-                " vary more keys in one sweep"
-            )
-    return _html_of_runs(runs)
+    return _html_of_runs(results_of_one_kind(runs))
 
 
 def _place(source: Any) -> Any:
@@ -150,22 +144,4 @@ def _html_of_runs(runs: Sequence[Result]) -> str:
     from frictionsim.reports.run import run_report
     from frictionsim.reports.run_tables import ReportedRun
 
-    first = runs[0]
-    for other in runs:
-        if other.kind != first.kind:
-            raise InputError(
-                f"cannot compare results of different kinds: {_name(first)} is of kind"
-                f" {first.kind}, {_name(other)} of kind {other.kind}; give results of one kind"
-            )
-    return run_report(
-        [
-            ReportedRun(
-                run.record, run.path, label, run.effects, run.errors, run.error_estimate, run._other
-            )
-            for run, label in zip(runs, names_of(runs), strict=True)
-        ]
-    )
-
-
-def _name(result: Result) -> str:
-    return str(result.path or result.title or "a result")
+    return run_report([*map(ReportedRun, runs, names_of(runs))])

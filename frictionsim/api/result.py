@@ -456,12 +456,7 @@ class Result(ResultBase):
     def _parts(self) -> Document:
         """Yield the lines and tables of the summary, and its data."""
         # Imported here because a comparison has no summary.
-        from frictionsim.reports.run_tables import (
-            Column,
-            audit_table,
-            digits_of,
-            quantities_table,
-        )
+        from frictionsim.reports.run_tables import Column, audit_table, quantities_table
 
         attributes = self.record.attributes
         effects = ", ".join(self.effects) or "none"
@@ -471,9 +466,7 @@ class Result(ResultBase):
         if overrides := set_line(attributes):
             yield overrides
         if self.quantities:
-            digits = digits_of(self.kind, attributes["scenario"])
-            column = Column(self.quantities, digits, "", self.errors, self._other)
-            yield quantities_table([column])
+            yield quantities_table([Column.of(self)])
         if self.errors:
             yield self.error_estimate
         if transitions := self.record.transitions:
@@ -548,11 +541,15 @@ def open(path: str | PathLike[str]) -> Result:
     InputError
         If it does not exist or is not a result.
     """
-    from frictionsim.io.names import existing_name
-    from frictionsim.io.result_reader import read
+    from frictionsim.api.opening import result_or_sweep
 
-    file = existing_name(as_path("path", path))
-    return Result(read(file), file)
+    found = result_or_sweep(as_path("path", path))
+    if isinstance(found, Result):
+        return found
+    raise InputError(
+        f"{found.path}: this is a sweep, not the result of a run; 'frictionsim plot {found.path}'"
+        " draws it, and fs.open_sweep reads it"
+    )
 
 
 def checkpoint_of(result: Result) -> dict[str, Any]:

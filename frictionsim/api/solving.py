@@ -6,13 +6,17 @@ from contextlib import AbstractContextManager
 from os import PathLike
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import Field
 
 from frictionsim.api.result import Result, checkpoint_of
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.errors import InputError, OutputError, SolverError
-from frictionsim.scenario.arguments import as_number, as_path, check_progress, check_switches
+from frictionsim.scenario.arguments import as_path
 from frictionsim.scenario.loading import ScenarioSource
+from frictionsim.scenario.options import Options, function_of
+from frictionsim.scenario.schema import unit_field
 from frictionsim.scenario.settings import Scenario
 from frictionsim.simulation.monitor import (
     Monitors,
@@ -31,6 +35,18 @@ if TYPE_CHECKING:
 LOG = logging.getLogger(__name__)
 
 OnTime = bool | Callable[[float], Any]
+
+
+class RunOptions(Options):
+    """The arguments of `solve` and `resume` beside the run and its file."""
+
+    no_clobber: bool = False
+    max_wall: float | None = unit_field("s", "Wall time.", None, gt=0, allow_inf_nan=True)
+    max_steps: int | None = Field(None, gt=0)
+    estimate_error: bool = False
+    progress: Annotated[Any, function_of("the time", switch=True)] = False
+    check: bool = False
+    since: float = Field(default_factory=perf_counter)  # what `max_wall` counts from
 
 
 def solve(
@@ -91,13 +107,11 @@ def solve(
     SolverError, AuditError
         Only with `check`.
     """
-    limits = _limits(max_wall, max_steps)
-    check_switches(no_clobber=no_clobber, estimate_error=estimate_error, check=check)
-    check_progress(progress, "the time")
+    options = RunOptions.among(locals())
     loaded = with_overrides(scenario, overrides)
-    files = _files(output, None, no_clobber)
-    result = _simulate(loaded, files, limits, progress, estimate_error=estimate_error)
-    return result.check() if check else result
+    files = _files(output, None, options.no_clobber)
+    result = _simulate(loaded, files, options)
+    return result.check() if options.check else result
 
 
 def resume(
@@ -134,9 +148,7 @@ def resume(
     from frictionsim.api.opening import file_to_resume
     from frictionsim.io.names import whole_name
 
-    limits = _limits(max_wall, max_steps)
-    check_switches(no_clobber=no_clobber, check=check)
-    check_progress(progress, "the time")
+    options = RunOptions.among(locals())
     incomplete: Result | None
     if isinstance(result, Result):
         incomplete = result
@@ -148,23 +160,10 @@ def resume(
     scenario, path = incomplete.scenario, incomplete.path
     if output is None and path is not None:
         output = whole_name(path)
-    files = _files(output, path, no_clobber)
+    files = _files(output, path, options.no_clobber)
     resumed = "this result" if path is None else str(path)
-    done = _simulate(scenario, files, limits, progress, state, resumed)
-    return done.check() if check else done
-
-
-class _Limits(NamedTuple):
-    """The limits of a run: of wall time since a reading of the clock, s, and of steps."""
-
-    since: float
-    wall: float | None
-    steps: int | None
-
-
-def _limits(max_wall: float | None, max_steps: int | None) -> _Limits:
-    wall = as_number("max_wall", max_wall, "s")
-    return _Limits(perf_counter(), wall, as_number("max_steps", max_steps, whole=True))
+    done = _simulate(scenario, files, options, state, resumed)
+    return done.check() if options.check else done
 
 
 def _files(
@@ -183,23 +182,21 @@ def _files(
 def _simulate(
     scenario: Scenario,
     files: "RunFiles | None",
-    limits: _Limits,
-    progress: OnTime,
+    options: RunOptions,
     state: dict[str, Any] | None = None,
     resumed: str = "",
-    estimate_error: bool = False,
 ) -> Result:
     # Without a file an interrupted run cannot be saved: Ctrl-C raises at once.
     stop = None if files is None else StopSignals()
     estimate = None
     try:
-        with _monitor(stop, limits, progress, scenario) as monitor:
-            done = run(scenario, monitor, _checkpoint_writer(files), state, limits.steps)
+        with _monitor(stop, options, scenario) as monitor:
+            done = run(scenario, monitor, _checkpoint_writer(files), state, options.max_steps)
             path = None if files is None else files.write_last(done)
-            if estimate_error and done.status == "done":
+            if options.estimate_error and done.status == "done":
                 from frictionsim.costs.error_estimate import estimate as estimate_errors
 
-                estimate = estimate_errors(scenario, done, monitor, limits.steps)
+                estimate = estimate_errors(scenario, done, monitor, options.max_steps)
     except _ProgressFailed as failed:
         raise failed.__cause__ or failed from None
     except InputError as error:
@@ -211,20 +208,18 @@ def _simulate(
     return Result(done, path, scenario, estimate)
 
 
-def _monitor(
-    stop: StopSignals | None, limits: _Limits, progress: OnTime, scenario: Scenario
-) -> Monitors[float]:
+def _monitor(stop: StopSignals | None, options: RunOptions, scenario: Scenario) -> Monitors[float]:
     """Return the monitor of a run: interruption, progress and limit of the wall time."""
     parts: list[RunMonitor] = [] if stop is None else [stop]
     duration = scenario.solver.duration
-    if callable(progress):
-        parts.append(_ProgressFunction(progress))
-    elif progress:
+    if callable(options.progress):
+        parts.append(_ProgressFunction(options.progress))
+    elif options.progress:
         from frictionsim.api.progress import RunProgress
 
         parts.append(RunProgress(duration))
-    if limits.wall is not None:
-        parts.append(WallTimeLimit(limits.wall, duration, scenario.budget_advice, limits.since))
+    if (most := options.max_wall) is not None:
+        parts.append(WallTimeLimit(most, duration, scenario.budget_advice, options.since))
     return Monitors(*parts)
 
 

@@ -6,6 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from frictionsim.api.opening import result_or_sweep
 from frictionsim.api.result import Outcome, ResultBase
 from frictionsim.display import (
     STUDY_DIGITS,
@@ -20,14 +21,13 @@ from frictionsim.errors import (
     EXIT_AUDIT_FAILED,
     EXIT_DONE,
     EXIT_SOLVER_FAILED,
+    InputError,
     counted,
     exit_code_of_interruption,
 )
-from frictionsim.io.names import existing_name, partial_name, whole_name
+from frictionsim.io.names import partial_name, whole_name
 from frictionsim.io.output_file import SUFFIXES
-from frictionsim.io.result_reader import is_unfinished_sweep
-from frictionsim.io.sweep_file import read_sweep, write_sweep
-from frictionsim.io.sweep_journal import read_unfinished
+from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.sweep_table import (
     AUDIT_FAILED,
     DONE,
@@ -228,9 +228,10 @@ def open_sweep(path: str | PathLike[str]) -> Sweep:
     InputError
         If it does not exist or is not a sweep.
     """
-    file = existing_name(as_path("path", path))
-    is_unfinished = is_unfinished_sweep(file)
-    return Sweep(read_unfinished(file).table if is_unfinished else read_sweep(file), file)
+    found = result_or_sweep(as_path("path", path), "sweep")
+    if isinstance(found, Sweep):
+        return found
+    raise InputError(f"{found.path}: this is the result of a run, not a sweep; fs.open reads it")
 
 
 def quantities_of(view: str | None) -> list[str]:

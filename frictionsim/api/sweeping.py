@@ -8,8 +8,9 @@ from os import PathLike
 from pathlib import Path
 from shutil import copytree
 from signal import SIGINT, Signals
-from tomllib import loads
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+from pydantic import Field, model_validator
 
 from frictionsim.api.scenarios import with_overrides
 from frictionsim.api.sweep_result import Sweep, open_sweep
@@ -35,18 +36,14 @@ from frictionsim.io.result_reader import is_unfinished_sweep, opened
 from frictionsim.io.sweep_file import write_sweep
 from frictionsim.io.sweep_journal import SweepJournal, read_unfinished
 from frictionsim.io.sweep_table import FAILED, RunBlock, SweepHeader
-from frictionsim.scenario.arguments import (
-    as_number,
-    as_path,
-    check_progress,
-    check_switches,
-    text_of,
-)
+from frictionsim.scenario.arguments import as_path
 from frictionsim.scenario.kinds import mechanism_module
 from frictionsim.scenario.loading import ScenarioSource, read_toml
+from frictionsim.scenario.options import Options, function_of
 from frictionsim.scenario.origin import scenario_file
+from frictionsim.scenario.schema import inconsistent
 from frictionsim.scenario.settings import Scenario
-from frictionsim.scenario.toml_data import keys_and_values, toml_tables
+from frictionsim.scenario.toml_data import changes, toml_tables
 from frictionsim.simulation.combinations import Combinations
 from frictionsim.simulation.monitor import (
     Monitor,
@@ -82,6 +79,22 @@ LOG = logging.getLogger(__name__)
 
 OnProgress = bool | Callable[[SweepProgress], Any]
 SERIES, STUDY = ".series", "study.toml"
+
+
+class WorkerOptions(Options):
+    """The arguments of `sweep` and `resume_sweep` beside the study and its file."""
+
+    no_clobber: bool = False
+    progress: Annotated[Any, function_of("a SweepProgress", switch=True)] = False
+    dask: str | None = None
+    workers: int | None = Field(None, gt=0)
+
+    @model_validator(mode="after")
+    def _workers_of_one_kind(self) -> Self:
+        if self.workers is not None and self.dask is not None:
+            fault = "it excludes 'dask': the cluster has the workers; leave one out"
+            raise inconsistent(("workers",), fault)
+        return self
 
 
 def sweep(
@@ -155,12 +168,12 @@ def sweep(
         If a worker was killed; with an output, what is done is kept for `resume_sweep`.
     """
     given = {name: value for name, value in locals().items() if name in SweepOptions.model_fields}
-    workers = _checked_workers(workers, dask, no_clobber, progress)
+    options = WorkerOptions.among(locals())
     study = study_from(scenario, overrides, given)
     varied, text, path = study.options, study_toml(study), None
     if output is not None:
         path = as_path("output", output)
-        _check_files(path, None, no_clobber, text)
+        _check_files(path, None, options.no_clobber, text)
         if varied.keep_series:
             _check_series(_series_of(path), text)
     elif varied.keep_series:
@@ -170,7 +183,7 @@ def sweep(
     with study.placed():
         design = design_of(varied)
     run = _SweepRun(study, design, header_of(study.scenario, design, text), path)
-    return run.run(progress, workers, dask)
+    return run.run(options)
 
 
 def resume_sweep(
@@ -206,7 +219,7 @@ def resume_sweep(
     OutputError
         If another process is running it, or the file cannot be written.
     """
-    workers = _checked_workers(workers, dask, no_clobber, progress)
+    options = WorkerOptions.among(locals())
     file = resumable_name(as_path("path", path))
     if not is_unfinished_sweep(file):
         is_done = open_sweep(file).status == "done"
@@ -223,7 +236,7 @@ def resume_sweep(
                 " version, or run the study again"
             )
         target = own if output is None else as_path("output", output)
-        _check_files(target, file, no_clobber, attributes["study"])
+        _check_files(target, file, options.no_clobber, attributes["study"])
         study = study_of(toml_tables(attributes["study"]), None, str(file))
         varied = study.options
         if varied.keep_series:
@@ -237,23 +250,7 @@ def resume_sweep(
         run = _SweepRun(study._replace(folder=found.folder), design, found.header, target)
         is_own = is_same_file(unfinished_sweep_name(target), file)
         run.go_on(found.blocks, journal if is_own else None, _series_of(own))
-        return run.run(progress, workers, dask)
-
-
-def _checked_workers(
-    workers: int | None, dask: str | None, no_clobber: bool, progress: OnProgress
-) -> int | None:
-    """Return the number of processes; raise an error if one of the arguments is not valid."""
-    check_switches(no_clobber=no_clobber)
-    check_progress(progress, "a SweepProgress")
-    if dask is not None and not isinstance(dask, str):
-        raise ArgumentError("dask", f"expected the address of a scheduler, got {text_of(dask)}")
-    if workers is not None and dask is not None:
-        raise InputError(
-            "workers and dask exclude each other: with dask the cluster has the workers"
-        )
-    count: int | None = as_number("workers", workers, whole=True)
-    return count
+        return run.run(options)
 
 
 def _shown(progress: OnProgress) -> AbstractContextManager[Monitor[SweepProgress]]:
@@ -321,28 +318,24 @@ def _check_files(whole: Path, resumed: Path | None, no_clobber: bool, study: str
     with suppress(InputError, KeyError):  # the earlier file may be anything
         if resumed is None and whole.is_file():
             with opened(whole) as file:
-                keys = _differing(str(file.attrs["study"]), study)
-            if keys:
+                text = _changes(str(file.attrs["study"]), study)
+            if text:
                 note = {"note": True}
-                LOG.warning(
-                    "%s is a sweep of other values (%s), and replaced", whole, keys, extra=note
-                )
+                LOG.warning("%s replaces a sweep of other values (%s)", whole, text, extra=note)
 
 
 def _difference(unfinished: Path, study: str) -> str:
     """Return the end of a message: the keys in which an unfinished sweep differs from a study."""
     try:
-        keys = _differing(read_unfinished(unfinished).header.attributes["study"], study)
+        text = _changes(read_unfinished(unfinished).header.attributes["study"], study)
     except InputError:  # damaged, or another process is at its beginning
         return ""
-    return f". It differs from what is given in {keys}" if keys else ""
+    return f". It is of other values ({text})" if text else ""
 
 
-def _differing(other: str, study: str) -> str:
-    """Return the keys in which two studies in TOML differ."""
-    of, given = (dict(keys_and_values(loads(text), lists="whole")) for text in (other, study))
-    keys = [key for key in sorted({*of, *given}) if of.get(key) != given.get(key)]
-    return ", ".join(key.removeprefix("vary.").removeprefix("study.scenario.") for key in keys)
+def _changes(before: str, study: str) -> str:
+    texts = changes(before, study)
+    return "; ".join(one.removeprefix("vary.").removeprefix("study.scenario.") for one in texts)
 
 
 def _series_of(whole: Path) -> Path:
@@ -396,13 +389,13 @@ class _SweepRun(RunMonitor):
         self._done += block.runs
         self._failed += int((block.status == FAILED).sum())
 
-    def run(self, progress: OnProgress, workers: int | None, dask: str | None) -> Sweep:
+    def run(self, options: WorkerOptions) -> Sweep:
         """Run the remaining combinations and write the files."""
         handled = nullcontext() if self._whole is None else StopSignals()
-        processes = min(workers or available_cores(), self._design.runs)
+        processes, dask = min(options.workers or available_cores(), self._design.runs), options.dask
         with (
-            _shown(progress) as self._shown,
-            dask_cluster(dask) if dask is not None else process_pool(processes) as pool,
+            _shown(options.progress) as self._shown,
+            process_pool(processes) if dask is None else dask_cluster(dask) as pool,
             handled as self._stop,
         ):
             keys = self._design.keys

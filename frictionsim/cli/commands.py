@@ -183,8 +183,9 @@ def app_for(arguments: Sequence[str] = ()) -> typer.Typer:
     app = typer.Typer(
         name="frictionsim",
         help="Simulate mechanisms governed by dry friction.",
-        epilog="Exit codes: 0 done, 1 solver failed or files differ, 2 bad input, 3 audit failed,"
-        " 4 result not written, 5 step or time limit reached, 129/130/143 interrupted.",
+        epilog="Exit codes: 0 done, 1 solver failed, fit out of reach or files differ, 2 bad input,"
+        " 3 audit failed, 4 file not written, 5 a limit reached or a worker lost, 70 internal"
+        " error, 129/130/143 interrupted.",
         context_settings={"help_option_names": ["-h", "--help"]},
         rich_markup_mode=None,  # halves the start-up time of --help
         pretty_exceptions_enable=False,

@@ -136,14 +136,11 @@ class CostOptions(Options):
         Raises
         ------
         InputError
-            If the kind has no metrics, or an option does not apply to the scenario.
+            If an option does not apply to the scenario.
         """
         methods = _known("backends", "backend", self.backends, methods_of(scenario.pairs))
         laws = _known("laws", "friction law", self.laws, laws_of(scenario.pairs))
         kind: Any = mechanism_module(scenario.kind)
-        if not hasattr(kind, "METRICS"):
-            raise InputError(f"cost: the kind '{scenario.kind}' defines no error metrics")
-
         # A kind may have functions of its own in the place of those below.
         over_time = getattr(kind, "ladders", ladders)(scenario, self.tolerances)
         over_time = [s for s in over_time if s.backend in methods and (not s.law or s.law in laws)]

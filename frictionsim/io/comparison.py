@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from frictionsim.display import NO_VALUE, cut_text
+from frictionsim.display import cut_text
 from frictionsim.errors import ArgumentError, InputError, unknown
-from frictionsim.scenario.toml_data import differing_keys, toml_value
+from frictionsim.scenario.toml_data import MAX_VALUE, changes
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
@@ -21,7 +21,6 @@ SHARES = {"1": 1.0, "%": 100.0}  # scales of quantities without a dimension, by 
 TURN = 2.0 * pi  # rad: scale of an angle that is not one of the motion, such as an arc
 EQUAL_TIMES = 1e-9  # relative difference of times that are the same but for rounding
 MAX_KEYS = 20  # differing keys of the scenarios in the notes
-MAX_VALUE = 60  # characters of the value of a key
 
 
 class ComparedChannel(NamedTuple):
@@ -158,22 +157,10 @@ def _differing_origins(result: "Record", golden: "Record") -> Iterator[str]:
     if result.attributes["scenario"] == golden.attributes["scenario"]:
         return
     try:
-        differing = differing_keys((result, golden))
+        actual, expected = (r.attributes["scenario"] for r in (result, golden))
+        yield from changes(actual, expected, ", expected ", MAX_KEYS)
     except InputError:  # another program has changed a file
         yield "the two files differ in their scenario, of which one is not valid TOML"
-        return
-    for key, (actual, expected) in list(differing.items())[:MAX_KEYS]:
-        yield f"{key}: {_shortened(actual)}, expected {_shortened(expected)}"
-    if len(differing) > MAX_KEYS:
-        yield f"{len(differing) - MAX_KEYS} more keys of their scenarios differ"
-
-
-def _shortened(value: Any) -> str:
-    """Return a value as TOML, shortened."""
-    text = NO_VALUE if value is None else toml_value(value)
-    if isinstance(value, list) and len(text) > MAX_VALUE:
-        return f"a list of {len(value)}"
-    return cut_text(text, MAX_VALUE)
 
 
 def _place(row: ComparedChannel) -> tuple[Any, ...]:

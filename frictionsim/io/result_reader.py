@@ -17,7 +17,6 @@ import h5py
 import numpy as np
 
 from frictionsim.errors import InputError, near_files
-from frictionsim.io import sweep_table
 from frictionsim.io.names import PARTIAL, RUNS, unfinished_beside
 from frictionsim.io.output_file import COSTS, SUFFIXES, UNFINISHED_SWEEP, is_damaged
 from frictionsim.io.result_writer import (
@@ -144,26 +143,6 @@ def _identity(path: Path) -> tuple[int, ...]:
     """Return what changes when a file is replaced or written to."""
     status = path.stat()
     return status.st_ino, status.st_size, status.st_mtime_ns
-
-
-def read(path: Path) -> Record:
-    """Read a result file.
-
-    Raises
-    ------
-    InputError
-        If there is none, it is not readable, damaged or of another program, or it is a sweep.
-    """
-    not_a_run = InputError(
-        f"{path}: this is a sweep, not the result of a run; 'frictionsim plot {path}' draws it, and"
-        " fs.open_sweep reads it"
-    )
-    if is_unfinished_sweep(path):
-        raise not_a_run
-    with opened(path) as file:
-        if sweep_table.VERSION_NAME in file.attrs:
-            raise not_a_run
-        return record_in(file, path)
 
 
 def read_checkpoint(path: Path) -> Checkpoint:

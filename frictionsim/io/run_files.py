@@ -2,13 +2,11 @@
 
 import logging
 import os
-from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from frictionsim.display import NO_VALUE, cut_text
 from frictionsim.errors import InputError, OutputError
 from frictionsim.io.names import check_names, is_same_file, partial_name, warn_of_name
 from frictionsim.io.output_file import (
@@ -19,14 +17,12 @@ from frictionsim.io.output_file import (
 )
 from frictionsim.io.result_reader import opened
 from frictionsim.io.result_writer import write
-from frictionsim.scenario.toml_data import differing_keys, toml_value
+from frictionsim.scenario.toml_data import changes
 
 if TYPE_CHECKING:
     from frictionsim.results import Record
 
 LOG = logging.getLogger(__name__)
-
-MAX_KEYS, MAX_VALUE = 3, 40  # of a note on other values, and characters of one
 
 
 class RunFiles:
@@ -91,12 +87,11 @@ class RunFiles:
         """Say that the result which was replaced is one of other values."""
         if self._before in ("", run.attributes["scenario"]):
             return
-        before = run._replace(attributes={"scenario": self._before})
         with suppress(InputError):  # the earlier file may hold anything
-            if texts := _changes(differing_keys([before, run])):
+            if texts := changes(self._before, run.attributes["scenario"]):
                 LOG.warning(
                     "%s replaces a result of other values (%s)",
-                    *(self.whole, texts),
+                    *(self.whole, "; ".join(texts)),
                     extra={"note": True},
                 )
 
@@ -150,14 +145,3 @@ def _has_checkpoint(path: Path) -> bool:
     with suppress(InputError), opened(path) as file:
         return "checkpoint" in file
     return True
-
-
-def _changes(differing: Mapping[str, list[Any]]) -> str:
-    """Return the values before and now by key, the first ones: `solver.rtol: 1e-06, now 1e-09`."""
-    texts = [f"{key}: {_text(old)}, now {_text(new)}" for key, (old, new) in differing.items()]
-    more = len(texts) - MAX_KEYS
-    return "; ".join([*texts[:MAX_KEYS], f"{more} more"] if more > 0 else texts)
-
-
-def _text(value: Any) -> str:
-    return NO_VALUE if value is None else cut_text(toml_value(value), MAX_VALUE)

@@ -65,8 +65,10 @@ from frictionsim.io.sweep_table import (
     Coordinate,
     SobolIndices,
     SweepTable,
+    from_stored,
 )
 from frictionsim.results import Channel, Record
+from frictionsim.simulation.averages import words_of
 
 ATTRIBUTES = (
     *("frictionsim_version", "study", "scenario", "source", "overrides"),
@@ -90,12 +92,8 @@ def _fill(file: Any, table: SweepTable) -> None:
         scales[RUN] = _add(file, RUN, np.arange(table.runs), numbers)
         scales[RUN].make_scale(RUN)
     for key, coordinate in table.coordinates.items():
-        values = coordinate.values
-        is_text = isinstance(values, list)
-        if not is_text and values.dtype == np.bool_:
-            values = values.astype(np.int8)
-        unit = "" if is_text else coordinate.unit or "1"
-        dataset = _add(file, key, values, Channel(unit, coordinate.long_name))
+        unit = "" if isinstance(coordinate.values, list) else coordinate.unit or "1"
+        dataset = _add(file, key, coordinate.stored, Channel(unit, coordinate.long_name))
         if not is_list:
             dataset.make_scale(key)
             scales[key] = dataset
@@ -104,7 +102,7 @@ def _fill(file: Any, table: SweepTable) -> None:
         for key in table.coordinates:
             file[key].dims[0].attach_scale(scales[RUN])
     for name, values in table.values.items():
-        channel = Channel(table.units[name], name.replace("_", " "))
+        channel = Channel(table.units[name], words_of(name))
         _add(file, name, values.reshape(table.shape), channel, dimensions)
     outcome = Channel("1", "outcome of the run", flags=STATUSES)
     _add(file, STATUS, table.status.reshape(table.shape), outcome, dimensions)
@@ -134,22 +132,8 @@ def _add(file: Any, name: str, values: Any, channel: Channel, scales: Sequence[A
     return dataset
 
 
-def read_sweep(path: Path) -> SweepTable:
-    """Read the file of a sweep.
-
-    Raises
-    ------
-    InputError
-        If there is none, it is not readable or damaged, or it is the result of a run.
-    """
-    with opened(path, "sweep") as file:
-        if VERSION_NAME not in file.attrs:
-            raise InputError(f"{path}: this is the result of a run, not a sweep; fs.open reads it")
-        return sweep_in(file, path)
-
-
-def read_any(path: Path) -> Record | SweepTable:
-    """Read a result file, the file of a sweep or an unfinished sweep.
+def read_any(path: Path, what: str = "result") -> Record | SweepTable:
+    """Read a result file, the file of a sweep or an unfinished sweep; `what` is for messages.
 
     Raises
     ------
@@ -158,7 +142,7 @@ def read_any(path: Path) -> Record | SweepTable:
     """
     if is_unfinished_sweep(path):
         return read_unfinished(path).table
-    with opened(path) as file:
+    with opened(path, what) as file:
         return sweep_in(file, path) if VERSION_NAME in file.attrs else record_in(file, path)
 
 
@@ -205,7 +189,8 @@ def _coordinate(dataset: Any, dimension: str) -> Coordinate:
     words = text_of(dataset, "long_name")
     if h5py.check_string_dtype(dataset.dtype) is not None:
         return Coordinate(dimension, list(names_of(dataset)), "", words)
-    return Coordinate(dimension, values_of(dataset), text_of(dataset, "units"), words)
+    values = from_stored(values_of(dataset))
+    return Coordinate(dimension, values, text_of(dataset, "units"), words)
 
 
 def _texts(texts: Any) -> dict[int, str]:

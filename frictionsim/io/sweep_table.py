@@ -57,9 +57,19 @@ class Coordinate(NamedTuple):
 
     @property
     def is_number(self) -> bool:
-        """Whether the values are numbers; true and false are bool or, from a file, int8."""
-        values = self.values
-        return not isinstance(values, list) and values.dtype.itemsize > 1
+        """Whether the values are numbers, and neither text nor true and false."""
+        return not isinstance(self.values, list) and self.values.dtype != "bool"
+
+    @property
+    def stored(self) -> Any:
+        """The values as in files and in a dataset: true and false as 1 and 0, of int8."""
+        is_bool = not (isinstance(self.values, list) or self.is_number)
+        return self.values.astype("int8") if is_bool else self.values
+
+
+def from_stored(values: Any) -> Any:
+    """Return the values of a key, for numbers as `Coordinate.stored` has them."""
+    return values.astype("bool") if values.dtype == "int8" else values
 
 
 class SweepHeader(NamedTuple):

@@ -1,6 +1,7 @@
 """The samples of a result that are the frames of a motion, and its channels there."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -8,9 +9,8 @@ import numpy as np
 from frictionsim.display import CONTACT_WORDS, MAX_DRAWN
 from frictionsim.errors import InputError
 from frictionsim.motion.parts import Readout
-from frictionsim.scenario.loading import validate
+from frictionsim.scenario.loading import scenario_from_result
 from frictionsim.scenario.toml_data import scenario_of
-from frictionsim.scenario.validation import ValidationFailure
 
 if TYPE_CHECKING:
     from frictionsim.motion.parts import Array, Integers
@@ -23,13 +23,7 @@ REFUSED = "cannot show this result in motion"
 
 def scenario_in(record: "Record") -> Any:
     """Return the scenario of a result."""
-    try:
-        return validate(scenario_of(record), None)
-    except ValidationFailure as failure:
-        faults = "; ".join(failure.lines())
-        raise InputError(
-            f"cannot draw this result: the scenario in it is not valid: {faults}"
-        ) from None
+    return scenario_from_result(Path("result"), record.attributes)
 
 
 def effect_in(record: "Record", name: str) -> Any:

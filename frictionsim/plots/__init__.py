@@ -179,19 +179,6 @@ def check_count(count: int) -> None:
         )
 
 
-def check_several(records: Sequence["Record"], names: Sequence[str]) -> None:
-    """Check that results can be drawn into the same panels; `names` are those of their files."""
-    kind = records[0].attributes["kind"]
-    for record, name in zip(records, names, strict=True):
-        if record.attributes["kind"] != kind:
-            raise InputError(
-                f"cannot draw results of different kinds over each other: {names[0]} is of kind"
-                f" '{kind}', {name} of kind '{record.attributes['kind']}'"
-            )
-        if not record.channels["time"].size:
-            raise InputError(f"{name}: cannot draw this result: it has no samples")
-
-
 def views_of_several(kind: str) -> list[str]:
     """Return the views of a kind in which several results are drawn over each other."""
     return [name for name, view in views_of(kind).items() if view.overlaid is not None]

@@ -175,9 +175,9 @@ def overview(runs: "Sequence[ReportedRun]") -> Html:
                 status(run),
                 run.attribute("law"),
                 run.attribute("backend"),
-                ", ".join(run.effects),
+                ", ".join(run.result.effects),
                 _overrides(run),
-                "" if run.path is None else str(run.path),
+                str(run.result.path or ""),
             )
             for run in runs
         ]
@@ -186,7 +186,7 @@ def overview(runs: "Sequence[ReportedRun]") -> Html:
     run = runs[0]
     facts = [
         ("kind", run.attribute("kind")),
-        ("effects", ", ".join(run.effects) or "none"),
+        ("effects", ", ".join(run.result.effects) or "none"),
         ("friction law", run.attribute("law") or "none needed"),
         ("backend", run.attribute("backend")),
     ]

@@ -1,14 +1,12 @@
 """The tables of one run, or of several of a kind side by side, for terminal, notebook and page."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 from frictionsim.display import (
     DIGITS,
     MESH_DIGITS,
     MODE_WORDS,
-    cut_text,
     error_text,
     number_text,
     quantity_text,
@@ -21,6 +19,7 @@ from frictionsim.scenario.kinds import KINDS, KINDS_WITH_MESH, mechanism_module
 from frictionsim.scenario.origin import heading_of
 
 if TYPE_CHECKING:
+    from frictionsim.api.result import Result
     from frictionsim.costs.error_estimate import OtherMesh
     from frictionsim.results import Record
 
@@ -33,14 +32,13 @@ AUDIT = (">value", ">limit", "verdict")  # of a single result
 class ReportedRun(NamedTuple):
     """A run as its report shows it."""
 
-    record: "Record"
-    path: Path | None = None  # of its file
-    label: str = ""  # its name among the runs of a comparison; empty of a single run
-    effects: tuple[str, ...] = ()  # the effects that were simulated
-    # The estimated error by quantity; empty if they were not estimated.
-    errors: Mapping[str, float | None] = {}
-    error_estimate: str = ""  # how they were estimated
-    other_mesh: "OtherMesh | None" = None  # the quantities on another mesh, if they were sought
+    result: "Result"
+    label: str  # its name among the runs of a comparison; empty of a single run
+
+    @property
+    def record(self) -> "Record":
+        """Its record."""
+        return self.result.record
 
     def attribute(self, name: str) -> str:
         """Return a root attribute of its file; empty if it has none of that name."""
@@ -55,20 +53,10 @@ class ReportedRun(NamedTuple):
 def summary(runs: Sequence[ReportedRun]) -> Iterator[Block]:
     """Yield quantities, estimates of their errors, audit and solver statistics of runs."""
     are_alike = len({run.attribute("kind") for run in runs}) == 1
-    columns = [
-        Column(
-            run.record.quantities,
-            digits_of(run.attribute("kind"), run.attribute("scenario")),
-            run.label,
-            run.errors,
-            run.other_mesh,
-        )
-        for run in runs
-    ]
-    yield quantities_table(columns, are_alike)
+    yield quantities_table([Column.of(*run) for run in runs], are_alike)
     for run in runs:
-        if run.errors and run.error_estimate:
-            yield after_label(run, run.error_estimate)
+        if run.result.errors:
+            yield after_label(run, run.result.error_estimate)
     yield audit_table([run.record.checks for run in runs], [run.label for run in runs])
     yield _counts(runs)
 
@@ -115,6 +103,12 @@ class Column(NamedTuple):
     # The estimated errors; empty if they were not estimated.
     errors: Mapping[str, float | None] = {}
     other: "OtherMesh | None" = None  # the quantities on another mesh
+
+    @classmethod
+    def of(cls, result: "Result", label: str = "") -> Self:
+        """Return the column of a result."""
+        digits = digits_of(result.kind, result.record.attributes["scenario"])
+        return cls(result.quantities, digits, label, result.errors, result._other)
 
 
 def quantities_table(columns: Sequence[Column], are_alike: bool = True) -> Table:
@@ -218,30 +212,19 @@ def differences(runs: Sequence[ReportedRun], length: int = MAX_VALUE) -> Block:
     `length` is the most characters of a value.
     """
     try:
-        from frictionsim.scenario.toml_data import differing_keys
+        from frictionsim.scenario.toml_data import differing_keys, value_text
 
-        differing = differing_keys([run.record for run in runs])
+        differing = differing_keys([run.record.attributes["scenario"] for run in runs])
     except InputError as error:
         return str(error)
     if not differing:
         return "The scenarios are the same."
-    rows = [(name, *(_cell(v, length) for v in values)) for name, values in differing.items()]
+    rows = [
+        (name, *(ABSENT if value is None else value_text(value, length) for value in values))
+        for name, values in differing.items()
+    ]
     caption = f"Keys in which the scenarios differ; {ABSENT} where there is none"
     return Table(["key", *(run.label for run in runs)], rows, caption)
-
-
-def _cell(value: Any, length: int) -> str:
-    text = ABSENT if value is None else _value(value)
-    if len(text) <= length or not isinstance(value, list):
-        return cut_text(text, length)
-    end = f"... {len(value)} in all]"
-    return text[: length - len(end)].rpartition(" ")[0] + f" {end}"  # after a whole value
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(map(_value, value))}]"
-    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def origins(runs: Sequence[ReportedRun]) -> Table:
@@ -253,7 +236,7 @@ def origins(runs: Sequence[ReportedRun]) -> Table:
         "overrides": "overrides",
         "command": "command",
     }
-    rows = [("result file", *("" if run.path is None else str(run.path) for run in runs))]
+    rows = [("result file", *(str(run.result.path or "") for run in runs))]
     for words, attribute in asked.items():
         values = [" ".join(run.attribute(attribute).split("\n")) for run in runs]
         if any(values):

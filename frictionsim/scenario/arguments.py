@@ -4,6 +4,7 @@ from os import PathLike, fsdecode
 from pathlib import Path
 from typing import Any
 
+from frictionsim.display import cut_text
 from frictionsim.errors import ArgumentError
 
 ColumnKey = str | int  # the name of a column, or its number from 1
@@ -32,12 +33,7 @@ def toml_text(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f"a list of {len(value)}"
     text = str(value).lower() if isinstance(value, bool) else str(value)
-    return shortened(f"'{text}'" if isinstance(value, str) else text, MAX_VALUE_LENGTH)
-
-
-def shortened(text: str, length: int) -> str:
-    """Return a text, cut to a length."""
-    return text if len(text) <= length else text[: length - 3] + "..."
+    return cut_text(f"'{text}'" if isinstance(value, str) else text, MAX_VALUE_LENGTH)
 
 
 def plain_number(value: Any) -> Any:
@@ -45,34 +41,3 @@ def plain_number(value: Any) -> Any:
     if hasattr(value, "item") and getattr(value, "ndim", 1) == 0:
         value = value.item()
     return int(value) if isinstance(value, float) and value.is_integer() else value
-
-
-def as_number(
-    argument: str, value: Any, unit: str = "", *, whole: bool = False, zero: bool = False
-) -> Any:
-    """Return a number above 0, or with `zero` at least 0; None as it is."""
-    value = plain_number(value)
-    if value is None:
-        return None
-    if isinstance(value, bool) or not isinstance(value, int if whole else int | float):
-        words = "a whole number" if whole else "a valid number"
-        fault = f"should be {words} in {unit}" if unit else f"should be {words}"
-    elif value > 0 or (zero and value == 0):
-        return value
-    else:
-        fault = f"should be greater than {'or equal to ' if zero else ''}0 {unit}".rstrip()
-    raise ArgumentError(argument, f"{fault}, got {toml_text(value)}")
-
-
-def check_switches(**given: Any) -> None:
-    """Check that arguments are true or false; None is false."""
-    for argument, value in given.items():
-        if not isinstance(plain_number(value), bool | None):
-            raise ArgumentError(argument, f"should be true or false, got {toml_text(value)}")
-
-
-def check_progress(progress: Any, arguments: str) -> None:
-    """Check that `progress` is a switch, or a function of its arguments."""
-    if not (callable(progress) or isinstance(progress, bool | None)):
-        words = f"expected True, False or a function of {arguments}"
-        raise ArgumentError("progress", f"{words}, got {progress!r}")

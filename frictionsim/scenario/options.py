@@ -68,13 +68,17 @@ def as_names(given: Any) -> tuple[str, ...]:
 Names = Annotated[tuple[str, ...], BeforeValidator(as_names)]
 
 
-def function_of(arguments: str) -> BeforeValidator:
-    """Return the check that a value is a function; `arguments` are its own, for the message."""
+def function_of(arguments: str, *, switch: bool = False) -> BeforeValidator:
+    """Return the check that a value is a function, or with `switch` true or false.
+
+    `arguments` are those of the function, for the message.
+    """
 
     def checked(value: Any) -> Any:
-        if callable(value) or value is None:
+        if callable(value) or value is None or (switch and isinstance(value, bool)):
             return value
-        raise ValueError(f"expected a function of {arguments}, got {value!r}")
+        wanted = f"{'True, False or ' * switch}a function of {arguments}"
+        raise ValueError(f"expected {wanted}, got {value!r}")
 
     return BeforeValidator(checked)
 

@@ -165,11 +165,10 @@ class Scenario(Params):
             If `overrides` is of another type.
         """
         from frictionsim.scenario.overrides import apply_overrides
-        from frictionsim.scenario.toml_data import plain
+        from frictionsim.scenario.toml_data import tables_of
         from frictionsim.scenario.validation import ValidationFailure, validate_model
 
-        # Without defaults: some depend on other keys, as output.interval on the duration.
-        data = plain(self.model_dump(by_alias=True, exclude_none=True, exclude_unset=True))
+        data = tables_of(self)
         texts = self._origin.overrides
         for given in (overrides, keys):
             if given:

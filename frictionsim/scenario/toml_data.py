@@ -8,15 +8,18 @@ from functools import cached_property
 from os import PathLike, fsdecode
 from typing import TYPE_CHECKING, Any, BinaryIO, Literal
 
+from frictionsim.display import NO_VALUE, cut_text
 from frictionsim.errors import InputError, ScenarioError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from frictionsim.results import Record
+    from frictionsim.scenario.settings import Scenario
 
 KeyPath = tuple[str | int, ...]
 
+MAX_VALUE = 60  # characters of a value in a message
 # Scenarios are written by hand; long signals belong in a CSV file.
 MAX_BYTES = 1024 * 1024
 # tomllib takes 20 GB for a key of 100 000 parts. The first part begins where a word begins: else a
@@ -219,6 +222,14 @@ def plain(value: Any, where: str = "scenario") -> Any:
     )
 
 
+def tables_of(scenario: "Scenario") -> Any:
+    """Return the tables of a scenario without defaults: some depend on other keys.
+
+    As output.interval does on the duration.
+    """
+    return plain(scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True))
+
+
 def toml_value(value: Any) -> str:
     """Return a plain value as TOML in one line."""
     if isinstance(value, dict):
@@ -240,20 +251,49 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
+def value_text(value: Any, length: int = MAX_VALUE) -> str:
+    """Return the value of a key in TOML with at most so many characters; None is `none`.
+
+    A list that is longer ends after a whole value, with the number of all.
+    """
+    text = NO_VALUE if value is None else toml_value(value)
+    if len(text) <= length or not isinstance(value, list):
+        return cut_text(text, length)
+    end = f"... {len(value)} in all]"
+    return f"{text[: length - len(end)].rpartition(' ')[0] or '['} {end}"
+
+
 def scenario_of(result: "Record") -> dict[str, Any]:
     """Return the scenario of a result as data."""
+    return _stored(result.attributes["scenario"])
+
+
+def _stored(text: str) -> dict[str, Any]:
     try:
-        return toml_tables(result.attributes["scenario"])
+        return toml_tables(text)
     except ValueError as error:
         raise InputError(f"cannot read the scenario in this result: {error}") from None
 
 
-def differing_keys(results: "Sequence[Record]") -> dict[str, list[Any]]:
-    """Return the keys, as of --set, in which the scenarios of results differ.
+def differing_keys(texts: "Sequence[str]") -> dict[str, list[Any]]:
+    """Return the keys, as of --set, in which scenarios or studies in TOML differ.
 
-    Each has the values of all results; None for a result without the key.
+    Each has the values of all; None where there is no such key.
     """
-    tables = [dict(keys_and_values(scenario_of(result))) for result in results]
+    tables = [dict(keys_and_values(_stored(text))) for text in texts]
     names = dict.fromkeys(name for values in tables for name in values)
     compared = {name: [values.get(name) for values in tables] for name in names}
     return {name: values for name, values in compared.items() if values != values[:1] * len(tables)}
+
+
+def changes(first: str, second: str, between: str = ", now ", most: int = 3) -> list[str]:
+    """Return keys in which two texts differ with their values: `solver.rtol: 1e-06, now 1e-09`.
+
+    `between` stands between the two values. Of more keys than `most` the others are counted.
+    """
+    texts = [
+        f"{key}: {between.join(value_text(value) for value in values)}"
+        for key, values in differing_keys([first, second]).items()
+    ]
+    more = len(texts) - most
+    return [*texts[:most], f"{more} more keys differ"] if more > 0 else texts

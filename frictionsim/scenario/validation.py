@@ -5,8 +5,9 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from frictionsim.display import cut_text
 from frictionsim.errors import OUT_OF_RANGE, closest, unknown
-from frictionsim.scenario.arguments import shortened, toml_text
+from frictionsim.scenario.arguments import toml_text
 from frictionsim.scenario.kinetic_friction import FORMS_OF_FRICTION, KINETIC_TAGS, NO_FRICTION
 from frictionsim.scenario.kinetic_friction import NUMBER as KINETIC_NUMBER
 from frictionsim.scenario.model_fields import key_names, keys_that_end_with, models_in, unit_of
@@ -80,7 +81,7 @@ def key_text(key: KeyPath) -> str:
         text if text.replace("-", "_").isidentifier() or text.isdecimal() else repr(text)
         for text in map(str, key)
     )
-    return ".".join(shortened(part, MAX_KEY_LENGTH) for part in parts) or "scenario"
+    return ".".join(cut_text(part, MAX_KEY_LENGTH) for part in parts) or "scenario"
 
 
 def _faults(errors: list[Any], model: type[BaseModel]) -> list[tuple[KeyPath, str]]:

@@ -18,6 +18,12 @@ BATCHES = 8
 MIN_SMOOTH = 5  # samples, for weights to mean something
 
 
+def words_of(quantity: str) -> str:
+    """Return the description of a quantity of the summaries of runs."""
+    mean = ", weighted mean or mean over whole periods" if quantity in WEIGHTED else ""
+    return quantity.replace("_", " ") + mean
+
+
 def last_part(time: "Array") -> "npt.NDArray[np.bool_]":
     """Return which samples are in the last fifth of a run."""
     return np.asarray(time >= time[-1] - (LAST_PART + ROUNDING) * (time[-1] - time[0]))

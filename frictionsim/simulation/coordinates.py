@@ -19,7 +19,7 @@ from frictionsim.simulation.sample_store import SAMPLES
 from frictionsim.solvers import solver_of
 from frictionsim.solvers.loop import State
 from frictionsim.solvers.modes import holds, subject
-from frictionsim.solvers.prescribed import DRIVE, PrescribedEvents
+from frictionsim.solvers.prescribed import PrescribedEvents
 from frictionsim.solvers.recording import Recording
 from frictionsim.solvers.rkf45 import Step, Tolerances
 from frictionsim.solvers.system import STOP
@@ -131,10 +131,6 @@ class CoordinateSimulation(Simulation):
         if rows.shape != (len(names), 4):  # time, modes before and after it, position
             raise unfit("transitions")
         contacts = [name.decode(errors="replace") for name in names.tolist()]
-        known = {STOP, DRIVE, *[contact.name for contact in self._mechanism.contacts]}
-        known |= {surface.event for surface in self._mechanism.system.surfaces}
-        if not known >= {*contacts}:
-            raise unfit("transitions.contact", "names no contact of it")
         return [
             Transition(time, contact, int(mode_from), int(mode_to), position)
             for contact, (time, mode_from, mode_to, position) in zip(

@@ -74,27 +74,31 @@ def design_of(options: "SweepOptions") -> Design:
     keys, levels = tuple(vary), list[Levels]()
     if options.sample is not None:
         if together:
-            raise InputError("zip and sample exclude each other: leave out one of them")
+            fault = "zip and sample exclude each other: leave out one of them"
+            raise InputError(fault, key="study.zip")
         drawn = _sample(_distributions(options, options.sample), options, options.sample)
         return Design(SAMPLE, keys, tuple(drawn))
     for key, values in vary.items():
         if isinstance(values, Distribution):
             raise InputError(
                 f"vary {key}: {values.text} is a distribution; give the number of runs of a"
-                " sample, --sample N or 'sample'"
+                " sample, --sample N or 'sample'",
+                key=f"vary.{key}",
             )
         levels.append(values)
     sizes = [of_key.size for of_key in levels]
     if together:
         if len(set(sizes)) > 1:
             counts = ", ".join(f"{key} has {n}" for key, n in zip(keys, sizes, strict=True))
-            raise InputError(f"zip: expected the same number of values for each key: {counts}")
+            fault = f"zip: expected the same number of values for each key: {counts}"
+            raise InputError(fault, key="study.zip")
         _check_total("zip", len(vary), sizes[0], fewer="values")
         return Design(ZIP, keys, tuple(of_key.values for of_key in levels))
     if prod(sizes) > MAX_RUNS:
         raise InputError(
             f"{' x '.join(map(str, sizes))} = {prod(sizes):.3g} combinations are more than the"
-            f" limit of {MAX_RUNS}; give fewer values, or draw a sample of distributions"
+            f" limit of {MAX_RUNS}; give fewer values, or draw a sample of distributions",
+            key="vary",
         )
     design = Design(GRID, keys, tuple(of_key.values for of_key in levels))
     for key, key_levels in zip(keys, design.levels, strict=True):
@@ -102,7 +106,8 @@ def design_of(options: "SweepOptions") -> Design:
         if twice is not None:
             raise InputError(
                 f"vary {key}: {toml_value(twice)} is given twice, and a grid has a run for each"
-                " value; give it once"
+                " value; give it once",
+                key=f"vary.{key}",
             )
     return design
 
@@ -128,13 +133,15 @@ def _distributions(options: "SweepOptions", rows: int) -> list[Distribution]:
         if isinstance(values, Levels):
             raise InputError(
                 f"vary {key}: a sample needs a distribution, e.g. uniform(0.1, 0.2), got"
-                f" {values.text}; a key of one value is an override"
+                f" {values.text}; a key of one value is an override",
+                key=f"vary.{key}",
             )
         found.append(values)
     _check_total("sample", len(found), options.sampled_runs, fewer="runs")
     if options.indices and rows & (rows - 1):
         below = 1 << (rows.bit_length() - 1)
-        raise InputError(f"sample: Sobol indices need a power of 2, e.g. {below}, got {rows}")
+        fault = f"sample: Sobol indices need a power of 2, e.g. {below}, got {rows}"
+        raise InputError(fault, key="study.sample")
     return found
 
 
@@ -143,7 +150,8 @@ def _check_total(what: str, keys: int, runs: int, fewer: str) -> None:
     if keys * runs > MAX_RUNS:
         product = f"{keys} key{'s' * (keys > 1)} x {runs} runs = {keys * runs:.3g} values"
         raise InputError(
-            f"{what}: {product} are more than the limit of {MAX_RUNS}; give fewer {fewer}"
+            f"{what}: {product} are more than the limit of {MAX_RUNS}; give fewer {fewer}",
+            key=f"study.{what}",
         )
 
 

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from frictionsim.io.sweep_file import ATTRIBUTES
 from frictionsim.io.sweep_table import (
     AUDIT_FAILED,
     DONE,
@@ -22,24 +22,16 @@ from frictionsim.io.sweep_table import (
 from frictionsim.scenario.model_fields import description_of
 from frictionsim.scenario.settings import Scenario
 from frictionsim.scenario.toml_data import toml_value
+from frictionsim.simulation.record import scenario_attributes
 from frictionsim.simulation.simulate import RunSummary
 from frictionsim.sweeps.design import GRID, Design
 from frictionsim.sweeps.statistics import indices_of, sampling_of
-from frictionsim.version import __version__
 
 
 def header_of(scenario: Scenario, design: Design, study: str) -> SweepHeader:
     """Return what a sweep is before its runs; `study` is in TOML."""
-    attributes = {
-        "frictionsim_version": __version__,
-        "study": study,
-        "scenario": scenario.to_toml(),
-        "source": Path(scenario.origin.source).name,
-        "overrides": "\n".join(scenario.origin.overrides),
-        "kind": scenario.kind,
-        "title": scenario.title,
-        "design": design.kind,
-    }
+    known = scenario_attributes(scenario) | {"study": study, "design": design.kind}
+    attributes = {name: known[name] for name in ATTRIBUTES if name in known}
     coordinates = {}
     for key, values in zip(design.keys, design.levels, strict=True):
         unit, words = description_of(type(scenario), key)

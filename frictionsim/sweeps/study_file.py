@@ -14,7 +14,7 @@ seed = 1
 "mechanism.load" = "normal(2224, 50)"   # keys joined by commas are equal
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from math import inf
 from pathlib import Path
@@ -34,6 +34,7 @@ from frictionsim.scenario.toml_data import (
     keys_and_values,
     plain,
     tables_and_keys,
+    tables_of,
 )
 from frictionsim.scenario.validation import ValidationFailure, key_text, validate_model
 from frictionsim.sweeps.values import (
@@ -89,23 +90,17 @@ class SweepStudy(NamedTuple):
     scenario: "Scenario"
     options: SweepOptions
     folder: Path  # of file names in the values
-    places: Mapping[str, str] = {}  # file and line of each varied key, for messages
+    place: Callable[[str], str] | None = None  # of a key: file and line, for messages
 
     @contextmanager
     def placed(self) -> Iterator[None]:
-        """Return the context in which a fault of varied values names file and line of the key."""
+        """Return the context in which a fault of the variation names file and line of its key."""
         try:
             yield
         except InputError as error:
-            if not self.places:
+            if self.place is None:
                 raise
-            fault = str(error).rpartition(" is not valid: ")[2]
-            named = [
-                place
-                for key, place in self.places.items()
-                if any(name.rpartition(".")[2] in fault for name in names_in(key))
-            ]
-            raise InputError(f"{[*named, *self.places.values()][0]}{error}") from error
+            raise InputError(f"{self.place(error.key)}: {error}") from error
 
 
 def is_study(data: Mapping[str, Any]) -> bool:
@@ -136,8 +131,7 @@ def study_of(data: Mapping[str, Any], folder: Path | None, name: str, text: str 
                 tables.add(f"vary.{key}", fault)
     if scenario is None or tables.faults:
         raise ScenarioError(sorted(tables.faults, key=tables.line_of))
-    lines = {key: f"{tables.place(f'vary.{key}')}: " for key in options.vary} if text else {}
-    return SweepStudy(scenario, options, place, lines)
+    return SweepStudy(scenario, options, place, tables.place if text else None)
 
 
 class _Tables:
@@ -245,8 +239,7 @@ def study_toml(study: SweepStudy) -> str:
     """Return a study as TOML, including its scenario, for `study_of`."""
     import tomli_w
 
-    scenario = study.scenario.model_dump(by_alias=True, exclude_none=True, exclude_unset=True)
-    options = study.options
+    scenario, options = tables_of(study.scenario), study.options
     sample_options = () if options.sample is None else ("sample", *SAMPLE_OPTIONS)
     settings = {name: getattr(options, name) for name in ("zip", "keep_series", *sample_options)}
     vary = {key: _toml_values(values) for key, values in options.vary.items()}

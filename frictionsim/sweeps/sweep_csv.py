@@ -93,9 +93,7 @@ def _columns(table: SweepTable, runs: range) -> Iterator[list[Any]]:
         if isinstance(coordinate.values, list):
             yield [_text(coordinate.values[i]) for i in indices[key].tolist()]
         else:
-            values = coordinate.values[indices[key]]
-            # As in HDF5, which has no boolean type.
-            yield (values.astype(np.int8) if values.dtype == np.bool_ else values).tolist()
+            yield coordinate.stored[indices[key]].tolist()
     for values in table.values.values():
         yield ["" if value != value else value for value in values[runs.start : runs.stop].tolist()]
     words = dict(STATUSES)

@@ -57,7 +57,8 @@ def test_a_sweep_is_written_and_summarised(told: Run, here: Path) -> None:
     assert len(Path("s.csv").read_text(encoding="utf-8").splitlines()) == 4
     # Both are replaced by another sweep, which says so.
     _, err = told(*command(2, "s.h5", "--csv", "s.csv", "-q", "-j", "1"))
-    assert err == f"frictionsim: note: s.h5 is a sweep of other values ({LOAD}), and replaced\n"
+    change = f'{LOAD}: "lin(2000, 2400, 3)", now "lin(2000, 2400, 2)"'
+    assert err == f"frictionsim: note: s.h5 replaces a sweep of other values ({change})\n"
     assert len(Path("s.csv").read_text(encoding="utf-8").splitlines()) == 3
 
 

@@ -43,10 +43,10 @@ def test_the_help_lists_every_exit_code(told: Run) -> None:
     assert (out, err) == (told("-h")[0], "")
     words = " ".join(out.split())
     codes = {name: code for name, code in vars(errors).items() if name.startswith("EXIT_")}
-    listed_codes = set(codes.values()) - {errors.EXIT_DEFECT, errors.EXIT_SIGNAL}
-    assert listed_codes == {0, 1, 2, 3, 4, 5}
+    listed_codes = set(codes.values()) - {errors.EXIT_SIGNAL}
+    assert listed_codes == {0, 1, 2, 3, 4, 5, 70}
     assert all(re.search(rf"\b{code} [a-z]", words) for code in listed_codes)
-    assert "5 step or time limit reached, 129/130/143 interrupted" in words
+    assert "129/130/143 interrupted" in words
     assert told("--version")[0] == f"{fs.__version__}\n"
     for arguments in ([], ["--debug"]):
         assert told(*arguments, code=2)[1].startswith("Usage: frictionsim")

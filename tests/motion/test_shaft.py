@@ -149,7 +149,7 @@ def test_couples_are_arcs_on_one_scale_about_the_axis(drawn: Drawn) -> None:
 
 def test_a_scenario_of_another_version_is_refused_in_a_sentence() -> None:
     data = drawn_shaft(0) | {"unknown_table": {"a": 1}}
-    with pytest.raises(InputError, match="the scenario in it is not valid: unknown_table: "):
+    with pytest.raises(InputError, match="result: its scenario is not valid: unknown_table: "):
         of(data, drawn_motion(0))
 
 

@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -166,7 +167,8 @@ def test_two_processes_do_not_run_one_sweep(tmp_path: Path) -> None:
                 f"{part}: another process is running this sweep now; wait for its end, or stop it"
             )
     refusal = f"'frictionsim resume {part}' continues it; give another name, or remove it"
-    differs = rf"\. It differs from what is given in {LOAD}"
+    change = f'{LOAD}: "lin(2000, 2400, 12)", now [2000.0]'
+    differs = re.escape(f". It is of other values ({change})")
     for vary, end in (({}, ""), ({"vary": {LOAD: [2000.0]}}, differs)):
         with pytest.raises(fs.OutputError, match=f"this is an interrupted sweep: {refusal}{end}$"):
             sweep(tmp_path / "s.h5", **vary)

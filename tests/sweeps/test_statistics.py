@@ -10,6 +10,7 @@ import pytest
 from scipy import stats
 
 import frictionsim as fs
+from frictionsim.io.sweep_table import from_stored
 from frictionsim.sweeps.statistics import varying_quantities
 from tests.support.sweep_files import LOAD, LOOSE, PULLEY
 from tests.support.sweeps import (
@@ -96,7 +97,7 @@ def test_true_and_false_are_no_numbers_when_they_are_run_and_when_they_are_read(
     """A quantity of a 0 or 1 in the unit of the key tells something: it is not the key."""
     table = grid_of({"a": [False, True]}, {"f": lambda a: 1.0 * a, "g": lambda a: 5.0 - a})
     (key,) = table.coordinates.values()
-    read = key._replace(values=key.values.astype(np.int8))  # as `open_sweep` returns it
+    read = key._replace(values=from_stored(key.stored))
     for coordinate in (key, read):
         assert not coordinate.is_number
         assert varying_quantities(table._replace(coordinates={"a": coordinate})) == ["f", "g"]

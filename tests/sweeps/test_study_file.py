@@ -95,19 +95,6 @@ def test_all_faults_of_a_study_are_told_with_file_line_and_key(
     assert "study.toml:3: study.scenario.kind: expected one of 'pulley'" in err
 
 
-@pytest.mark.parametrize(
-    ("values", "line"),
-    [('["vertical"]\n"effects.shaft_friction.mu_s" = [0.05]', 5), ('["a", "a"]', 4)],
-)
-def test_a_faulty_combination_is_told_with_the_line_of_its_key(
-    values: str, line: int, tmp_path: Path
-) -> None:
-    path = tmp_path / "study.toml"
-    path.write_text(f'[study]\nscenario = "{PULLEY}"\n[vary]\n"drive.direction" = {values}\n')
-    with pytest.raises(fs.InputError, match=rf"^{path}:{line}: vary"):
-        fs.sweep(path)
-
-
 def test_none_takes_a_key_out_of_runs() -> None:
     damping = "effects.viscous_damping"
     swept = fs.sweep(PULLEY, {damping: [None, {"coefficient": 2.0}]}, SHORT | {"title": None})
