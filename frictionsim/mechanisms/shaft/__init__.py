@@ -18,7 +18,7 @@ from frictionsim.mechanisms.shaft.equation import Shaft, system_of
 from frictionsim.mechanisms.shaft.schema import CHANNELS as CHANNELS
 from frictionsim.mechanisms.shaft.schema import PANELS as PANELS
 from frictionsim.mechanisms.shaft.schema import ShaftScenario
-from frictionsim.mechanisms.shaft.statics import breakaway_values
+from frictionsim.mechanisms.shaft.statics import breakaway_values, check_unknown
 from frictionsim.mechanisms.shaft.statics import statics as statics
 from frictionsim.mechanisms.single_dof import METRICS as METRICS
 from frictionsim.mechanisms.single_dof import one_coordinate, simulation_of, start_of
@@ -27,6 +27,7 @@ from frictionsim.simulation.mechanism import Mechanism, Samples
 from frictionsim.solvers.system import STOP
 
 SCENARIO = ShaftScenario
+ShaftScenario.CHECKS = (check_unknown,)
 
 # A run with more impacts has a capture speed that is far below the speeds of its motion.
 MANY_IMPACTS = 1000

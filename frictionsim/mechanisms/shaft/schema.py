@@ -1,6 +1,6 @@
 """The scenario of kind `shaft`: its tables and channels."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import hypot, inf, radians
 from sys import float_info
 from typing import Any, ClassVar, Literal, Self
@@ -263,6 +263,8 @@ class ShaftScenario(SingleDofScenario):
 
     CHANNELS: ClassVar[Mapping[str, Channel]] = CHANNELS
     PRESCRIBES: ClassVar[bool] = True
+    # Checks that need the balance of forces; `frictionsim.mechanisms.shaft` sets them.
+    CHECKS: ClassVar[tuple[Callable[["ShaftScenario"], None], ...]] = ()
 
     kind: Literal["shaft"]
     mechanism: ShaftParameters
@@ -421,9 +423,8 @@ class ShaftScenario(SingleDofScenario):
 
     @model_validator(mode="after")
     def _check_balance(self) -> Self:
-        from frictionsim.mechanisms.shaft.statics import check_unknown  # needs this module
-
-        check_unknown(self)
+        for check in self.CHECKS:
+            check(self)
         return self
 
 
