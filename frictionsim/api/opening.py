@@ -18,8 +18,8 @@ UNNAMED = ("title", "$schema")
 MAX_VALUE = 36  # characters of a key's value, of which two are beside each other in a line
 
 
-def result_or_sweep(path: Path, what: str = "result") -> "Result | Sweep":
-    """Read a result file, the file of a sweep or an unfinished sweep; `what` is for messages.
+def result_or_sweep(path: Path) -> "Result | Sweep":
+    """Read a result file, the file of a sweep or an unfinished sweep.
 
     InputError is raised if it is neither the result of a run nor a sweep.
     """
@@ -27,7 +27,7 @@ def result_or_sweep(path: Path, what: str = "result") -> "Result | Sweep":
     from frictionsim.io.sweep_file import read_any
 
     path = existing_name(path)
-    content = read_any(path, what)
+    content = read_any(path)
     if isinstance(content, Record):
         return Result(content, path)
     from frictionsim.api.sweep_result import Sweep  # the result of a run needs none of it

@@ -541,14 +541,16 @@ def open(path: str | PathLike[str]) -> Result:
     InputError
         If it does not exist or is not a result.
     """
-    from frictionsim.api.opening import result_or_sweep
+    from frictionsim.io.names import existing_name
+    from frictionsim.io.sweep_file import read_any
 
-    found = result_or_sweep(as_path("path", path))
-    if isinstance(found, Result):
-        return found
+    file = existing_name(as_path("path", path))
+    content = read_any(file)
+    if isinstance(content, Record):
+        return Result(content, file)
     raise InputError(
-        f"{found.path}: this is a sweep, not the result of a run; 'frictionsim plot {found.path}'"
-        " draws it, and fs.open_sweep reads it"
+        f"{file}: this is a sweep, not the result of a run; 'frictionsim plot {file}' draws it, and"
+        " fs.open_sweep reads it"
     )
 
 

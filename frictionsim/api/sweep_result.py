@@ -6,7 +6,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionsim.api.opening import result_or_sweep
 from frictionsim.api.result import Outcome, ResultBase
 from frictionsim.display import (
     STUDY_DIGITS,
@@ -25,9 +24,9 @@ from frictionsim.errors import (
     counted,
     exit_code_of_interruption,
 )
-from frictionsim.io.names import partial_name, whole_name
+from frictionsim.io.names import existing_name, partial_name, whole_name
 from frictionsim.io.output_file import SUFFIXES
-from frictionsim.io.sweep_file import write_sweep
+from frictionsim.io.sweep_file import read_any, write_sweep
 from frictionsim.io.sweep_table import (
     AUDIT_FAILED,
     DONE,
@@ -228,10 +227,11 @@ def open_sweep(path: str | PathLike[str]) -> Sweep:
     InputError
         If it does not exist or is not a sweep.
     """
-    found = result_or_sweep(as_path("path", path), "sweep")
-    if isinstance(found, Sweep):
-        return found
-    raise InputError(f"{found.path}: this is the result of a run, not a sweep; fs.open reads it")
+    file = existing_name(as_path("path", path))
+    content = read_any(file, "sweep")
+    if isinstance(content, SweepTable):
+        return Sweep(content, file)
+    raise InputError(f"{file}: this is the result of a run, not a sweep; fs.open reads it")
 
 
 def quantities_of(view: str | None) -> list[str]:

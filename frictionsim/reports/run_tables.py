@@ -1,7 +1,7 @@
 """The tables of one run, or of several of a kind side by side, for terminal, notebook and page."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from frictionsim.display import (
     DIGITS,
@@ -19,7 +19,6 @@ from frictionsim.scenario.kinds import KINDS, KINDS_WITH_MESH, mechanism_module
 from frictionsim.scenario.origin import heading_of
 
 if TYPE_CHECKING:
-    from frictionsim.api.result import Result
     from frictionsim.costs.error_estimate import OtherMesh
     from frictionsim.results import Record
 
@@ -32,13 +31,14 @@ AUDIT = (">value", ">limit", "verdict")  # of a single result
 class ReportedRun(NamedTuple):
     """A run as its report shows it."""
 
-    result: "Result"
+    result: Any  # a `frictionsim.Result`, of the layer above
     label: str  # its name among the runs of a comparison; empty of a single run
 
     @property
     def record(self) -> "Record":
         """Its record."""
-        return self.result.record
+        record: Record = self.result.record
+        return record
 
     def attribute(self, name: str) -> str:
         """Return a root attribute of its file; empty if it has none of that name."""
@@ -105,7 +105,7 @@ class Column(NamedTuple):
     other: "OtherMesh | None" = None  # the quantities on another mesh
 
     @classmethod
-    def of(cls, result: "Result", label: str = "") -> Self:
+    def of(cls, result: Any, label: str = "") -> Self:
         """Return the column of a result."""
         digits = digits_of(result.kind, result.record.attributes["scenario"])
         return cls(result.quantities, digits, label, result.errors, result._other)

@@ -14,8 +14,9 @@ from frictionsim.errors import InputError, ScenarioError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from pydantic import BaseModel
+
     from frictionsim.results import Record
-    from frictionsim.scenario.settings import Scenario
 
 KeyPath = tuple[str | int, ...]
 
@@ -222,7 +223,7 @@ def plain(value: Any, where: str = "scenario") -> Any:
     )
 
 
-def tables_of(scenario: "Scenario") -> Any:
+def tables_of(scenario: "BaseModel") -> Any:
     """Return the tables of a scenario without defaults: some depend on other keys.
 
     As output.interval does on the duration.
