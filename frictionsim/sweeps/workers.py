@@ -15,6 +15,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
+from copy import copy
 from importlib import import_module
 from typing import Any, NoReturn
 
@@ -28,6 +29,7 @@ PARENT_SIGNALS = [
 ]
 SECONDS_BETWEEN_TICKS = 0.1
 SECONDS_TO_END = 1.0  # of a pool
+KILLED = -9  # exit code of a process that was killed
 LOCAL = "local:"  # what the address of a cluster begins with that is started here
 SECONDS_TO_ANSWER = 10.0  # of a scheduler
 VERSION = "frictionsim.version"  # the module
@@ -81,9 +83,16 @@ class ProcessPool(Workers):
     """Worker processes, which start with the first call."""
 
     def __init__(self, count: int) -> None:
-        self.count, self._pids = count, set[int]()
-        context = multiprocessing.get_context("fork" if may_fork() else "spawn")
-        self._begun = context.SimpleQueue()  # the numbers of the processes
+        self.count, self._processes = count, list[Any]()  # also those that have not begun
+        context: Any = copy(multiprocessing.get_context("fork" if may_fork() else "spawn"))
+        make = context.Process
+
+        def made(*args: Any, **kwargs: Any) -> Any:
+            self._processes.append(make(*args, **kwargs))
+            return self._processes[-1]
+
+        context.Process = made
+        self._begun = context.SimpleQueue()  # an item for each process
         self._pool = ProcessPoolExecutor(count, context, _begin, (self._begun, count))
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
@@ -93,13 +102,8 @@ class ProcessPool(Workers):
             warnings.simplefilter("ignore", DeprecationWarning)
             return self._pool.submit(function, *args, **kwargs)
 
-    def _known_pids(self) -> set[int]:
-        while not self._begun.empty():
-            self._pids.add(self._begun.get())
-        return self._pids
-
     def _check_begun(self) -> None:
-        if not self._known_pids():
+        if self._begun.empty() and KILLED not in (one.exitcode for one in self._processes):
             raise InputError(
                 'no worker process can be started; a script of Python needs "if __name__ =='
                 " '__main__':\" around what it does (a sweep also runs with workers=1)"
@@ -107,9 +111,8 @@ class ProcessPool(Workers):
 
     def close(self) -> None:
         """End the workers, whatever they do."""
-        own = self._known_pids()
-        for process in multiprocessing.active_children():
-            if process.pid in own:
+        for process in self._processes:
+            if process.pid is not None:  # it could be started
                 process.kill()
         # It waits for the rest of the answer of a worker that died while sending it.
         shutdown = threading.Thread(target=self._pool.shutdown, daemon=True)
@@ -142,7 +145,7 @@ def _begin(begun: Any, workers: int) -> None:
     """Prepare a worker: the signals and the end of the parent, and one thread for each core."""
     for number in PARENT_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
-    begun.put(os.getpid())
+    begun.put(None)
     memory.processes = workers
     from threadpoolctl import threadpool_limits
 

@@ -61,6 +61,30 @@ def test_the_file_does_not_depend_on_the_workers_and_none_outlives_its_sweep(
     assert sorted(os.listdir(tmp_path)) == ["copies.h5", "new.h5", "serial.h5"]
 
 
+LATE = """import os, signal, sys, time
+if "spawn_main" in " ".join(sys.orig_argv):
+    try:
+        os.mkdir({first!r})
+    except FileExistsError:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # as workers do that have begun
+        time.sleep(600.0)
+"""
+
+
+def test_a_worker_that_has_not_begun_ends_with_its_sweep(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of two new interpreters one takes minutes to start."""
+    (tmp_path / "sitecustomize.py").write_text(LATE.format(first=str(tmp_path / "first")))
+    paths = [str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(paths))
+    with another_thread():
+        sweep = fs.sweep(PULLEY, {LOAD: [2000.0, 2100.0]}, {"solver.rtol": 1e-4}, workers=2)
+    assert sweep.status == "done"
+    assert (tmp_path / "first").is_dir()
+    assert not multiprocessing.active_children()
+
+
 @pytest.fixture
 def dying(tmp_path: Path) -> Iterator[Path]:
     """A kind whose run 17 kills its process as often as a file has characters."""
