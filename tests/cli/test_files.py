@@ -75,7 +75,7 @@ def test_channels_and_times_of_the_csv_are_chosen_and_written(told: Run) -> None
     for name, values in columns.items():
         np.testing.assert_array_equal(values, dataset[name.partition(" ")[0]].values)
     assert told("show", "a.h5", *options, "-o", "a.csv")[0] == "a.csv\n"
-    assert Path("a.csv").read_text() == printed
+    assert Path("a.csv").read_text(encoding="utf-8") == printed
 
 
 def test_the_scenario_gives_the_same_result_again(told: Run) -> None:
@@ -257,9 +257,11 @@ def test_a_report_is_written_beside_the_first_result(told: Run, here: Path) -> N
     for name in ("a.h5", "b.h5"):
         fs.solve("pulley", {"solver.rtol": 1e-6, "solver.duration": 0.1}, output=name)
     assert told("report", here / "a.h5", "b.h5")[0] == f"{here / 'a.html'}\n"
-    assert "<h1>Comparison: Pulley on a dry shaft</h1>" in Path("a.html").read_text()
+    assert "<h1>Comparison: Pulley on a dry shaft</h1>" in Path("a.html").read_text(
+        encoding="utf-8"
+    )
     assert told("report", "b.h5", "-o", "a.html", "-q") == ("", "")  # it is replaced
-    assert "<h1>Pulley on a dry shaft</h1>" in Path("a.html").read_text()
+    assert "<h1>Pulley on a dry shaft</h1>" in Path("a.html").read_text(encoding="utf-8")
     assert fs.report(["a.h5", fs.open("b.h5")], "c.html") == Path("c.html")
     for command in ("plot", "report"):  # before any is read
         _, err = told(command, *(f"none{number}.h5" for number in range(9)), code=2)
@@ -280,7 +282,9 @@ def test_a_new_scenario_of_each_kind_is_valid(kind: str, told: Run) -> None:
     assert first == f"#:schema ./{kind}.schema.json"
     assert told("new", kind)[0] == text
     schema = json.dumps(fs.schema(kind), indent=2) + "\n"
-    assert told("schema", kind)[0] == schema == Path(f"{kind}.schema.json").read_text()
+    assert (
+        told("schema", kind)[0] == schema == Path(f"{kind}.schema.json").read_text(encoding="utf-8")
+    )
     assert told("new", kind, "second.toml") == ("second.toml\n", "")  # the schema is kept
 
 
@@ -289,7 +293,7 @@ TAPLO = Path(sysconfig.get_path("scripts")) / "taplo"  # the linter that editors
 
 def faults_of_the_linter(*paths: Path) -> str:
     command = [TAPLO, "lint", "--no-auto-config", *paths]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=120, check=False)
     return done.stderr if done.returncode else ""
 
 

@@ -48,7 +48,7 @@ def test_overrides_are_in_summary_show_picture_and_report(
         assert [one for one in text.splitlines() if one.startswith("set: ")] == [line] * bool(line)
     assert title_of(fs.open("b.h5").plot()).endswith(title)
     told("report", "b.h5")
-    page = Path("b.html").read_text()
+    page = Path("b.html").read_text(encoding="utf-8")
     head = page[page.index("<header>") : page.index("</header>")]
     shown = line.removeprefix("set: ").replace("load = 2000", "load = 2000 N")
     assert shown.replace('"', "&quot;") in head.replace("&#34;", "&quot;")

@@ -152,14 +152,15 @@ def test_a_reader_that_leaves_ends_the_csv(told: Run) -> None:
 )
 def test_control_characters_are_shown_as_escapes(text: str, shown: str, told: Run) -> None:
     """In a log, in a summary, in what is said of an error, and in a warning."""
-    _, err = told("solve", PULLEY, "-v", "-q", "-o", f"b{text}.h5")
-    assert f"result written: b{shown}.h5\n" in err
     fs.solve(PULLEY, output="a.h5")
     with h5py.File("a.h5", "r+") as file:  # a scenario takes no such title
         file.attrs["title"] = text
     assert told("show", "a.h5")[0].startswith(f"{shown}: done\n")
-    _, err = told("compare", "a.h5", f"{text}.h5", code=2)
-    assert err.startswith(f"frictionsim: {shown}.h5: ")
+    if sys.getfilesystemencoding() == "utf-8":  # else no file has such a name
+        _, err = told("solve", PULLEY, "-v", "-q", "-o", f"b{text}.h5")
+        assert f"result written: b{shown}.h5\n" in err
+        _, err = told("compare", "a.h5", f"{text}.h5", code=2)
+        assert err.startswith(f"frictionsim: {shown}.h5: ")
     if "\r" not in text:  # which is an end of line in the record of warnings
         with h5py.File("a.h5", "r+") as file:
             file.attrs["warnings"] = text

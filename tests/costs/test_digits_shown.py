@@ -57,7 +57,8 @@ def test_the_last_digit_has_the_place_of_the_first_of_the_error(
     assert judged >= 3
     told = result.to_json()["quantities"]
     assert all(told[name]["value"] == q.value for name, q in result.quantities.items())
-    assert rows["energy_input"][0] in fs.report(result, tmp_path / "a.html").read_text()
+    page = fs.report(result, tmp_path / "a.html").read_text(encoding="utf-8")
+    assert rows["energy_input"][0] in page
 
 
 @pytest.mark.parametrize("name", ["belt_drive", "belt_string"])

@@ -30,7 +30,7 @@ def line_of(record: Record, channel: str) -> tuple[Any, Any]:
 
 def names_of_events(name: str, folder: Path) -> list[str]:
     """Return the names of the events in the report of a run, in their order."""
-    page = fs.report(fs.Result(solved(name)), folder / "a.html").read_text()
+    page = fs.report(fs.Result(solved(name)), folder / "a.html").read_text(encoding="utf-8")
     section = re.search(r"<caption[^>]*>Events;.*?</table>", page, re.DOTALL)
     assert section is not None
     rows = re.findall(r"<tr>(.*?)</tr>", section[0], re.DOTALL)[1:]  # without the headings
