@@ -103,6 +103,8 @@ class ProcessPool(Workers):
             return self._pool.submit(function, *args, **kwargs)
 
     def _check_begun(self) -> None:
+        for process in self._processes:
+            process.join(SECONDS_TO_END)
         if self._begun.empty() and KILLED not in (one.exitcode for one in self._processes):
             raise InputError(
                 'no worker process can be started; a script of Python needs "if __name__ =='
