@@ -83,13 +83,13 @@ class ProcessPool(Workers):
     """Worker processes, which start with the first call."""
 
     def __init__(self, count: int) -> None:
-        self.count, self._processes = count, list[Any]()  # also those that have not begun
+        self.count, self._workers = count, list[Any]()  # also those that have not begun
         context: Any = copy(multiprocessing.get_context("fork" if may_fork() else "spawn"))
         make = context.Process
 
         def made(*args: Any, **kwargs: Any) -> Any:
-            self._processes.append(make(*args, **kwargs))
-            return self._processes[-1]
+            self._workers.append(make(*args, **kwargs))
+            return self._workers[-1]
 
         context.Process = made
         self._begun = context.SimpleQueue()  # an item for each process
@@ -103,9 +103,9 @@ class ProcessPool(Workers):
             return self._pool.submit(function, *args, **kwargs)
 
     def _check_begun(self) -> None:
-        for process in self._processes:
+        for process in self._workers:
             process.join(SECONDS_TO_END)
-        if self._begun.empty() and KILLED not in (one.exitcode for one in self._processes):
+        if self._begun.empty() and KILLED not in (one.exitcode for one in self._workers):
             raise InputError(
                 'no worker process can be started; a script of Python needs "if __name__ =='
                 " '__main__':\" around what it does (a sweep also runs with workers=1)"
@@ -113,7 +113,7 @@ class ProcessPool(Workers):
 
     def close(self) -> None:
         """End the workers, whatever they do."""
-        for process in self._processes:
+        for process in self._workers:
             if process.pid is not None:  # it could be started
                 process.kill()
         # It waits for the rest of the answer of a worker that died while sending it.
