@@ -25,7 +25,8 @@ def can_notice(fault: Fault, used: dict[str, Used], root: Path) -> list[str]:
     """Return the files of tests that can notice a fault."""
     lines = _changed_function(fault, (root / fault.file).read_text(encoding="utf-8"))
     compiled = lines is not None and fault.file in COMPILED
-    of_belts = [ran for use in used.values() if (ran := _of_belts(use))]
+    seen = [use for use in used.values() if "unseen" not in use["started"]]
+    of_belts = [ran for use in seen if (ran := _of_belts(use))]
     imported = set[tuple[str, int]].intersection(*of_belts) if of_belts else set()
 
     def can(use: Used) -> bool:
