@@ -227,11 +227,17 @@ def test_progress_shows_a_bar_on_a_terminal_only(
 ) -> None:
     for name in ("FORCE_COLOR", "TTY_COMPATIBLE"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("frictionsim.api.progress.SECONDS_WITHOUT_BAR", 0.0)
-    fs.solve(PULLEY, progress=True)
+    with monkeypatch.context() as without_limit:
+        without_limit.setattr("frictionsim.api.progress.SECONDS_WITHOUT_BAR", 0.0)
+        fs.solve(PULLEY, progress=True)
     assert capsys.readouterr() == ("", "")
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes any stream for a terminal then
+    with monkeypatch.context() as done_at_once:
+        done_at_once.setattr("frictionsim.api.progress.monotonic", lambda: 1000.0)
+        fs.solve(PULLEY, {"solver.max_step": 1e-3}, progress=True)
+    assert capsys.readouterr() == ("", "")
+    monkeypatch.setattr("frictionsim.api.progress.SECONDS_WITHOUT_BAR", 0.0)
     fs.solve(PULLEY, {"solver.max_step": 1e-3}, progress=True)
     out, err = capsys.readouterr()
     assert (out, "t = " in err, "of 3 s" in err) == ("", True, True)

@@ -212,6 +212,31 @@ def test_steps_end_where_a_force_through_the_axis_passes_zero() -> None:
     assert simulate(data).channels["angle"][-1] == pytest.approx(angle, rel=5e-8)
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_steps_end_at_both_corners_of_a_couple_over_angle(way: float) -> None:
+    """A couple that grows from -3 to 3 N m within a radian of 0, and stays so, has a potential."""
+    inertia, start, speed, corner = 0.5, -3.0 * way, 8.0 * way, degrees(1.0)
+    data = {
+        "kind": "shaft",
+        "mechanism": {
+            "inertia": inertia,
+            "initial_angle_deg": degrees(start),
+            "initial_angular_velocity": speed,
+        },
+        "couples": [{"name": "c", "size": {"angle_deg": [-corner, corner], "value": [-3.0, 3.0]}}],
+        "solver": {"duration": 1.2, "rtol": 1e-6, "atol": 1e-12},
+    }
+    channels = simulate(data).channels
+
+    def energy(q: float, w: float) -> float:
+        return 0.5 * inertia * w**2 - 3.0 * (abs(q) - 0.5 if abs(q) > 1.0 else 0.5 * q**2)
+
+    end = channels["angle"][-1], channels["angular_velocity"][-1]
+    assert end[0] * way > 1.0  # beyond both corners
+    # 4e-9 here; stepping over one of the corners makes it 7e-6.
+    assert energy(*end) == pytest.approx(energy(start, speed), rel=5e-8)
+
+
 def test_a_load_that_passes_close_to_zero() -> None:
     """The force through the axis of a body that coasts changes its sign, the load nearly.
 

@@ -37,6 +37,9 @@ def test_friction_rises_with_the_moment_and_drops_to_the_kinetic_limit() -> None
     words = [text.get_text() for text in legend.get_texts()]
     dashes = dict(zip(words, [h.get_linestyle() for h in legend.get_lines()], strict=True))
     assert (dashes["law set-valued"], dashes["static limit"]) == ("-", "--")
+    law, run = figure.axes[1].lines
+    assert law.get_color() == "#000000"  # as no run is drawn, and below the run of this law
+    assert law.get_linewidth() < run.get_linewidth()
     speed, part = lines(figure, 1)["law set-valued"]
     assert set(np.round(part[speed > 0.0], 12)) == {round(-R_K / R_S, 12)}
     assert sorted(part[speed == 0.0])[:: len(part[speed == 0.0]) - 1] == [-1.0, 1.0]

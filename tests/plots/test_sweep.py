@@ -174,9 +174,12 @@ def test_a_third_key_has_a_panel_for_each_value_on_one_scale() -> None:
         expected = [[100.0 * z + 10.0 * y + x for x in FIVE] for z in (1, 2, 3)]
         np.testing.assert_array_equal(np.asarray(mesh.get_array()).reshape(3, 5), expected)
         assert (mesh.norm.vmin, mesh.norm.vmax) == (101.0, 315.0)
-    # Of three keys one of text has the panels.
-    table = grid_of({"w": ["a", "b"], "x": FIVE, "y": FIVE}, {"f": lambda w, x, y: x * y})
-    assert [ax.get_title() for ax in draw_sweep(table).axes][:2] == ["w = a", "w = b"]
+    # Of three keys one of text has the panels; those with nothing below have numbers at their axes.
+    table = grid_of({"w": ["a", "b", "c"], "x": FIVE, "y": FIVE}, {"f": lambda w, x, y: x * y})
+    panels = draw_sweep(table).axes[:3]
+    assert [ax.get_title() for ax in panels] == ["w = a", "w = b", "w = c"]
+    shown = [ax.xaxis.get_tick_params()["labelbottom"] for ax in panels]
+    assert shown == [False, True, True]
 
 
 def test_of_more_keys_values_are_chosen() -> None:
