@@ -7,8 +7,8 @@
     python -m tests.faults again                           which faults are no longer noticed
     python -m tests.faults draw --seed 1 --group belts     another fault, to be described
 
-`run` runs each file of default tests once without a fault, to see what it uses, and against each
-fault the files that can notice it. After each fault it writes results/who_notices.json: by fault,
+`run` runs each default test once without a fault, to see what it uses, and against each fault those
+that can notice it. After each fault it writes results/who_notices.json: by fault,
 the test functions that fail with it and pass without it, and how many of their cases if several.
 Killed, it goes on where it was; rows of other sources are made anew, after those that lack. `first`
 is the quick form: it ends at the first test that fails, sought near the fault, in the folder of its
@@ -105,8 +105,7 @@ def prove(copy: Copy, chosen: list[Fault], anew: bool) -> int:
     for fault in chosen if anew else some:
         row = known.get(fault.name, {})
         if anew or "left_out" not in row or row["state"] != copy.state_with(fault):
-            row = copy.trial(fault, copy.files, used)
-            row["left_out"] = sorted(set(row["tests"]) - set(copy.can_notice(fault, used)))
+            row = copy.trial(fault, copy.files, used, chosen=copy.can_notice(fault, used))
             _keep(fault, row)
         wrong += bool(row["left_out"])
         print(f"{fault.name}: {', '.join(row['left_out']) or 'nothing'} left out", flush=True)

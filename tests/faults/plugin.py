@@ -1,17 +1,23 @@
 """A plugin of pytest for trials: it writes what failed, ends what hangs, and sees what is used.
 
-`FAULTS_FAILED` is the file for the names of what failed, a line each. With `FAULTS_USED` it writes
-which functions of the package ran in this process, by their files and first lines, what was read
-there, what the processes that it started have imported or read (`started_python`), and whether one
-was started in which that cannot be seen.
+`FAULTS_FAILED` is the file for the names of what failed, a line each. `FAULTS_AMONG` is a file with
+the names of tests, or files of tests, that alone are run, if there are any.
+
+`FAULTS_USED` is a file for what is used, a line of JSON for each test after one for imports: which
+functions of the package ran in this process, by their files and first lines, what was read there,
+what the processes that it started have imported or read (`started_python`), and whether one was
+started in which that cannot be seen. Each test is run in a process of its own then, forked after
+the imports, so that nothing is hidden there by what another test has left in a cache.
 """
 
 import cProfile
 import faulthandler
+import importlib
 import json
 import os
 import resource
 import sys
+import tempfile
 import threading
 from collections import defaultdict
 from multiprocessing.process import BaseProcess
@@ -19,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from _pytest.runner import runtestprotocol
 from hypothesis import Phase, settings
 
 from tests.faults.started_python import read_for_a_digest
@@ -30,11 +37,14 @@ WALL_LIMIT = 900.0  # s a test, of one that waits for ever
 FORKS = {"os.fork", "os.forkpty"}  # run what is imported here
 STARTS = {"os.posix_spawn", "os.system"}
 HARMLESS = (("uname",), ("fc-list",))  # asked by numba and matplotlib for what is installed
+SLOW_TO_IMPORT = ("h5py", "matplotlib.figure", "numba", "scipy.optimize", "xarray")
 UNSEEING = {"-I", "-S", "-E", "-IS"}  # options of a Python that imports no `sitecustomize`
 
 profiles: list[cProfile.Profile] = []
 read: set[str] = set()  # as a text here, or in any way by a process that was started
 started: set[str] = set()
+of_imports: dict[str, set[int]] = {}  # what ran before the first test
+place = os.environ.get("FAULTS_USED", "")
 
 
 def _look(event: str, arguments: tuple[Any, ...]) -> None:
@@ -63,8 +73,8 @@ def _profile(*_: Any) -> None:
     profiles[-1].enable()
 
 
-if "FAULTS_USED" in os.environ:
-    os.environ["FAULTS_STARTED"] = os.environ["FAULTS_USED"] + "-elsewhere"
+if place:
+    os.environ["FAULTS_STARTED"] = place + "-elsewhere"
     _start = BaseProcess.start
 
     def _seen(process: BaseProcess) -> None:
@@ -83,10 +93,21 @@ def pytest_sessionstart() -> None:
     settings.load_profile("first")
 
 
-def pytest_unconfigure(config: pytest.Config) -> None:
-    """Write what was used."""
-    if "FAULTS_USED" not in os.environ:
-        return
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave out what is not asked for."""
+    if names := set(Path(os.environ["FAULTS_AMONG"]).read_text(encoding="utf-8").splitlines()):
+        items[:] = [one for one in items if {one.nodeid, one.nodeid.partition("::")[0]} & names]
+
+
+def pytest_collection_finish() -> None:
+    """Write what was used by imports."""
+    if place:
+        for name in SLOW_TO_IMPORT:
+            importlib.import_module(name)
+        _write_used("")
+
+
+def _write_used(test: str) -> None:
     ran: dict[str, set[int]] = defaultdict(set)
     for profile in profiles:
         for entry in profile.getstats():
@@ -97,12 +118,46 @@ def pytest_unconfigure(config: pytest.Config) -> None:
         started.add("unseen")  # a profile is lost now and then
     elsewhere = Path(os.environ["FAULTS_STARTED"])
     names = elsewhere.read_text().splitlines() if elsewhere.exists() else []
+    own = {name: lines - of_imports.get(name, set()) for name, lines in ran.items()}
     used = {
-        "ran": {os.path.relpath(name, ROOT): sorted(lines) for name, lines in ran.items()},
+        "test": test,
+        "ran": {os.path.relpath(name, ROOT): sorted(of) for name, of in own.items() if of},
         "read": sorted(os.path.relpath(name, ROOT) for name in {*read, *names}),
         "started": sorted(started),
     }
-    Path(os.environ["FAULTS_USED"]).write_text(json.dumps(used))
+    of_imports.update(ran)
+    with Path(place).open("a", encoding="utf-8") as file:
+        file.write(json.dumps(used) + "\n")
+
+
+@pytest.hookimpl(tryfirst=True, specname="pytest_runtest_protocol")
+def pytest_run_apart(item: pytest.Item) -> bool | None:
+    """Run a test whose use is asked for in a process of its own."""
+    if not place:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        if (child := _forked()) != 0:
+            if os.waitpid(child, 0)[1]:
+                started.add("unseen")
+                _write_used(item.nodeid)
+                started.remove("unseen")
+            return True
+        os.environ["PYTEST_DEBUG_TEMPROOT"] = folder  # also of what tests share
+        os.environ["FAULTS_STARTED"] += f"-{os.getpid()}"
+        code = 1
+        try:
+            runtestprotocol(item, nextitem=None)
+            _write_used(item.nodeid)
+            code = 0
+        finally:
+            os._exit(code)
+
+
+def _forked() -> int:
+    before = set(started)
+    child = os.fork()
+    started.intersection_update(before)
+    return child
 
 
 @pytest.hookimpl(wrapper=True)

@@ -1,12 +1,11 @@
-"""Which files of tests can notice a fault: too many, never too few.
+"""Which tests can notice a fault: too many, never too few.
 
-Each file of tests is run once without faults in a process of its own, so that nothing is hidden
-there by what another file has left in a cache. It can notice a fault if the changed function was
-entered there. Where no profiler of Python looks, more are taken: of a function that goes into
-kernels, the files that enter any of belts but by imports; of what is outside of functions, the
-files that import its module, as do those that fork; of any fault, those that read the changed file
-as a text, those that start a process which imports it, and those that start one which does not
-tell.
+Each test is run once without faults in a process of its own. It can notice a fault if the changed
+function was entered there. Where no profiler of Python looks, more are taken: of a function that
+goes into kernels, the tests that enter any of belts; of what is outside of functions, those that
+import its module, as do those that fork; of any fault, those that read the changed file as a text,
+those that start a process which imports it, and those that start one which does not tell. Of a file
+of tests whose imports can notice the fault, all are taken.
 """
 
 import ast
@@ -16,27 +15,36 @@ from typing import Any
 from frictionsim.mechanisms.belt_drive.compilation import SOURCES
 from tests.faults.table import Fault
 
-Used = dict[str, Any]  # what one file of tests used, as `plugin` writes it
+Used = dict[str, Any]  # what a test used, as `plugin` writes it, or a file of tests, as `trial`
+UNKNOWN: Used = {"ran": {}, "read": [], "started": ["unseen"]}
 BELTS = "frictionsim/mechanisms/belt_drive/"  # whose functions alone call kernels
 COMPILED = {f"frictionsim/{source}" for source in SOURCES}
 
 
 def can_notice(fault: Fault, used: dict[str, Used], root: Path) -> list[str]:
-    """Return the files of tests that can notice a fault."""
+    """Return the tests that can notice a fault, and the files of which all tests can."""
     lines = _changed_function(fault, (root / fault.file).read_text(encoding="utf-8"))
     compiled = lines is not None and fault.file in COMPILED
-    seen = [use for use in used.values() if "unseen" not in use["started"]]
-    of_belts = [ran for use in seen if (ran := _of_belts(use))]
-    imported = set[tuple[str, int]].intersection(*of_belts) if of_belts else set()
+    imports = {name: use["tests"].get("", UNKNOWN) for name, use in used.items()}
+    of_belts = [of for one in imports.values() if (of := _of_belts(one))]
+    always = set[tuple[str, int]].intersection(*of_belts) if of_belts else set()
 
-    def can(use: Used) -> bool:
+    def can(use: Used, imported: bool, known: set[tuple[str, int]]) -> bool:
         ran = use["ran"].get(fault.file, [])
         told = lines and "fork" not in use["started"]
-        entered = any(line in lines for line in ran) if told else bool(ran)
-        called = compiled and _of_belts(use) > imported
+        entered = any(line in lines for line in ran) if told else bool(ran) or imported
+        called = compiled and _of_belts(use) > known
         return entered or called or "unseen" in use["started"] or fault.file in use["read"]
 
-    return [name for name, use in used.items() if can(use)]
+    chosen = []
+    for name, use in used.items():
+        if use["failed"] is None or can(imports[name], False, always):
+            chosen.append(name)
+            continue
+        imported = fault.file in imports[name]["ran"]
+        tests = use["tests"].items()
+        chosen += [test for test, own in tests if test and can(own, imported, set())]
+    return chosen
 
 
 def _of_belts(use: Used) -> set[tuple[str, int]]:

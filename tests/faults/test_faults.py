@@ -35,23 +35,23 @@ def other():
 """
 
 
-ALL = ["imports", "outer", "inner", "forks", "reads", "unseen"]
+MANY = ["outer", "inner", "forks", "reads", "unseen"]
+FILES = ["file_reads", "file_unknown", "file_broken"]
 
 
 @pytest.mark.parametrize(
     ("file", "old", "noticing"),
     [
-        ("frictionsim/io/a.py", "return 2", ["outer", "inner", "forks", "reads", "unseen"]),
+        ("frictionsim/io/a.py", "return 2", [*MANY, "file_runs"]),
         ("frictionsim/io/a.py", "return 3", ["forks", "reads", "unseen"]),
-        ("frictionsim/io/a.py", "a=1", ALL),
+        ("frictionsim/io/a.py", "a=1", ["imports", *MANY, "file_runs", "file_imports"]),
         ("frictionsim/mechanisms/belt_drive/a.py", "return 3", ["forks", "reads", "unseen"]),
         (
             "frictionsim/mechanisms/belt_drive/moreau.py",
             "return 3",
-            ["outer", "inner", "forks", "reads", "unseen"],
+            ["imports", *MANY, "file_runs"],
         ),
-        ("frictionsim/mechanisms/belt_drive/moreau.py", "a=1", ALL),
-        ("frictionsim/io/page.js", "return 3", ALL),
+        ("frictionsim/io/page.js", "return 3", ["imports", *MANY, "file_runs", "file_imports"]),
     ],
 )
 def test_what_can_notice_a_fault_is_never_too_little(
@@ -59,20 +59,31 @@ def test_what_can_notice_a_fault_is_never_too_little(
 ) -> None:
     (tmp_path / file).parent.mkdir(parents=True)
     (tmp_path / file).write_text(TEXT)
+
+    def use(lines: list[int], read: bool = False, *started: str) -> dict[str, object]:
+        ran = {file: lines} if lines else {}
+        return {"ran": ran, "read": [file] if read else [], "started": [*started]}
+
+    tests = {
+        "": use([]),
+        "nothing": use([]),
+        "imports": use([1]),
+        "outer": use([1, 3]),
+        "inner": use([1, 4]),
+        "forks": use([1], False, "fork"),
+        "reads": use([], True),
+        "unseen": use([], False, "unseen"),
+    }
     used = {
-        name: {"ran": {file: lines} if lines else {}, "read": read, "started": started}
-        for name, lines, read, started in [
-            ("nothing", [], [], []),
-            ("imports", [1], [], []),
-            ("outer", [1, 3], [], []),
-            ("inner", [1, 4], [], []),
-            ("forks", [1], [], ["fork"]),
-            ("reads", [], [file], []),
-            ("unseen", [], [], ["unseen"]),
-        ]
+        "file": {"failed": [], "tests": tests},
+        "file_imports": {"failed": [], "tests": {"": use([1]), "test": use([])}},
+        "file_runs": {"failed": [], "tests": {"": use([1, 4]), "test": use([])}},
+        "file_reads": {"failed": [], "tests": {"": use([], True), "test": use([])}},
+        "file_unknown": {"failed": [], "tests": {}},
+        "file_broken": {"failed": None, "tests": {"": use([]), "test": use([])}},
     }
     fault = Fault("", "", "", "", file, old, old.replace("return ", "return -") + "0")
-    assert can_notice(fault, used, tmp_path) == noticing
+    assert set(can_notice(fault, used, tmp_path)) == {*noticing, *FILES}
 
 
 @pytest.mark.slow

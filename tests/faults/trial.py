@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from itertools import groupby
@@ -34,6 +34,11 @@ FEW = 12  # failing tests, up to which they are run once more
 FINE = (0, 1, 5)  # exit codes of pytest: passed, failed, no tests
 
 Row = dict[str, Any]
+
+
+def is_among(test: str, names: Collection[str]) -> bool:
+    """Return whether a test or its file is named."""
+    return test in names or test.partition("::")[0] in names
 
 
 def _digest(content: bytes) -> str:
@@ -74,7 +79,8 @@ class Copy:
     def used(self, only: Iterable[str] = ()) -> dict[str, Used]:
         """Return what each file of tests uses without a fault; run those not known of this state.
 
-        `failed` are its tests that fail then, and None if pytest broke off; `seconds` its time.
+        `failed` are its tests that fail then, and None if pytest broke off; `seconds` its time;
+        `tests` what its imports used, under "", and each test beside.
         """
         text = self._used.read_text() if self._used.exists() else ""
         rows = [json.loads(line) for line in text.splitlines() if line.endswith("}")]
@@ -101,11 +107,15 @@ class Copy:
     def _used_by(self, name: str) -> Row:
         with tempfile.TemporaryDirectory() as folder:
             place, began = Path(folder) / "used", monotonic()
-            code, failed = self.pytest(["-n", "0", name], {"FAULTS_USED": str(place)})
-            used = json.loads(place.read_text()) if place.exists() else {"started": ["unseen"]}
-        failures = sorted(failed) if code in FINE else None
-        row = {"file": name, "seconds": round(monotonic() - began, 1), "failed": failures}
-        return {**row, "ran": {}, "read": [], **used}
+            code, failed = self.pytest(["-n", "0", name], used=place)
+            lines = place.read_text(encoding="utf-8").splitlines() if place.exists() else []
+        used = [json.loads(line) for line in lines]
+        return {
+            "file": name,
+            "seconds": round(monotonic() - began, 1),
+            "failed": sorted(failed) if code in FINE else None,
+            "tests": {one.pop("test"): one for one in used},
+        }
 
     @contextmanager
     def having(self, fault: Fault) -> Iterator[None]:
@@ -124,15 +134,24 @@ class Copy:
             shutil.rmtree(self.cache, ignore_errors=True)
             kept.rename(self.cache)
 
-    def pytest(self, arguments: list[str], more: dict[str, str]) -> tuple[int | None, set[str]]:
-        """Run pytest; return its exit code, None after the limit, and what failed."""
+    def pytest(
+        self, arguments: list[str], among: Iterable[str] = (), used: Path | None = None
+    ) -> tuple[int | None, set[str]]:
+        """Run pytest; return its exit code, None after the limit, and what failed.
+
+        Of the files only what is named in `among` is run, all if nothing is. `used` is the file for
+        what tests use.
+        """
         with tempfile.TemporaryDirectory() as folder:
-            failed = Path(folder) / "failed"
+            failed, names = Path(folder) / "failed", Path(folder) / "among"
+            names.write_text("\n".join(among), encoding="utf-8")
             places = {"PYTHONPATH": str(self.tree), "XDG_CACHE_HOME": str(self.cache)}
+            places |= {"FAULTS_FAILED": str(failed), "FAULTS_AMONG": str(names)}
+            places |= {"FAULTS_USED": str(used)} if used else {}
             process = subprocess.Popen(
                 [sys.executable, "-m", "pytest", *OPTIONS, *arguments],
                 cwd=self.tree,
-                env=os.environ | places | more | {"FAULTS_FAILED": str(failed)},
+                env=os.environ | places,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 start_new_session=True,
@@ -154,25 +173,33 @@ class Copy:
         return f"{self.state} {fault.digest}"
 
     def can_notice(self, fault: Fault, used: dict[str, Used]) -> list[str]:
-        """Return the files of tests that can notice a fault."""
+        """Return the tests that can notice a fault, and files of which all tests can."""
         return can_notice(fault, used, self.tree)
 
     def trial(
-        self, fault: Fault, files: list[str], used: dict[str, Used], *, first: bool = False
+        self,
+        fault: Fault,
+        among: list[str],
+        used: dict[str, Used],
+        *,
+        first: bool = False,
+        chosen: Collection[str] | None = None,
     ) -> Row:
-        """Return the row of a fault: how many cases of which functions of files fail with it alone.
+        """Return the row of a fault: how many cases of which functions fail with it alone.
 
-        With `first` only up to the first test that fails.
+        They are sought among these tests and files of tests; with `first` only up to the first test
+        that fails. The row says which of them are not among those `chosen`.
         """
-        began = monotonic()
+        began, files = monotonic(), sorted({name.partition("::")[0] for name in among})
         # By files, pytest-xdist would run a test again and again that ended its worker.
         workers = ["-n", str(self.workers), "--dist", "load"]
         with self.having(fault):
             ends = [f"--max-worker-restart={HANGING}", *(["-x"] if first else [])]
-            code, failed = self.pytest([*workers, *ends, *files], {}) if files else (0, set())
+            code, failed = self.pytest([*workers, *ends, *files], among) if files else (0, set())
             failed -= {test for use in used.values() for test in use["failed"] or ()}
             if len(failed) <= FEW and code in FINE and not first:  # one may fail by chance
-                failed &= self.pytest(["-n", "1", *sorted(failed)], {})[1] if failed else set()
+                again = sorted({name.partition("::")[0] for name in failed})
+                failed &= self.pytest(["-n", "1", *again], failed)[1] if failed else set()
         counts = Counter(test.partition("[")[0] for test in failed)
         tests: dict[str, list[str]] = defaultdict(list)
         for test, count in sorted(counts.items()):
@@ -180,6 +207,8 @@ class Copy:
             tests[name].append(function + (f" {count}" if count > 1 else ""))
         row: Row = {"state": self.state_with(fault), "files": len(files)}
         row |= {"seconds": round(monotonic() - began), "tests": tests}
+        if chosen is not None:
+            row["left_out"] = sorted(test for test in failed if not is_among(test, chosen))
         return row if code in FINE else row | {"ended": f"pytest ends with {code}"}
 
 
