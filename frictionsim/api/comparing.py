@@ -87,7 +87,7 @@ def compare(
     Raises
     ------
     ArgumentError
-        If a tolerance is negative, or a pattern of `ignore` matches nothing.
+        If a tolerance is negative, a pattern of `ignore` matches nothing, or nothing is left.
     InputError
         If they cannot be compared: a file is unreadable, the kinds differ, or both runs are done
         but sampled at different times.

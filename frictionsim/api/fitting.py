@@ -257,11 +257,12 @@ def fit(
         Standard deviation of a channel or quantity, in the unit of the data, or the name of its
         column; by default it is estimated from the scatter about the fit.
     units : mapping, or texts NAME=UNIT, optional
-        Unit of the data of a channel or quantity, e.g. `deg/s`; by default its own unit.
+        Unit of the data of a channel or quantity, e.g. `deg/s`; by default that of the heading, or
+        else its own.
     time : str or int, optional
         Column of the times; by default `time`, or the first column of a file.
     time_unit : str, optional
-        Unit of the times, by default s.
+        Unit of the times; by default that of the heading, or s.
     time_offset : float, s
         Offset added to the times of the data.
     starts : int

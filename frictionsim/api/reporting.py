@@ -57,10 +57,11 @@ def report(
     Raises
     ------
     InputError
-        If the suffix is not .html or .htm, a file is no result, or results differ in kind or are
-        given twice.
+        If the suffix is not .html or .htm, a file is no result, there are none or more than 8, or
+        results differ in kind or are given twice.
     OutputError
-        If the file cannot be written, or would replace one that is no report.
+        If the file cannot be written, would replace one that is no report, or is there with
+        `no_clobber`.
     """
     target = as_path("path", path)
     if target.suffix.lower() not in SUFFIXES:

@@ -85,7 +85,8 @@ def solve(
         Limit of steps, instead of `solver.max_steps`. It is not recorded: the run can be resumed
         as after `max_wall`, and its file is that of an unlimited run.
     estimate_error : bool
-        Solve a second time, more accurately, for `Result.errors`.
+        Solve a second time, more accurately, for `Result.errors`; a belt of a short run once more,
+        on a finer mesh.
     progress : bool or callable
         True shows a progress bar on a terminal, after a second. A callable is called with the
         simulated time, s, after each step; if it raises `frictionsim.Interrupted()`, the run stops

@@ -218,6 +218,8 @@ def resume_sweep(
         If the sweep cannot be resumed.
     OutputError
         If another process is running it, or the file cannot be written.
+    SolverError
+        If a worker was killed; what is done is kept for `resume_sweep`.
     """
     options = WorkerOptions.among(locals())
     file = resumable_name(as_path("path", path))

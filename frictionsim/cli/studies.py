@@ -49,9 +49,10 @@ def cost(
     SCENARIO --set
     --backends A,B      Use these backends. [all that apply]
     --laws A,B          Use these friction laws. [all that apply]
-    --tolerances X,Y    Use these relative tolerances of adaptive backends. [1e-3,1e-5,...,1e-11]
+    --tolerances X,Y    Use these relative tolerances of adaptive backends. [1e-3,1e-5,...,1e-11;
+                        of belts 1e-4,2e-6,1e-7]
     --bodies N,M        Compare belts of these numbers of bodies; none: time steps only. [0.4 to 4
-                        times those of the scenario]
+                        times those of the scenario, up to 600]
     --models A,B        Compare these models of a belt: string, corrected, polygon. [all]
     --max-wall SECONDS  Stop each run after this wall time. [5]
     --repeats N         Time each setting at most so many times. [3]
@@ -159,7 +160,7 @@ def fit(
     --unit NAME=UNIT             Take the data of a channel in this unit: deg/s, rpm. May be
                                  repeated. [that of the heading, or of the channel]
     --time COLUMN                Take the times from this column. [time, or the first]
-    --time-unit UNIT             Take the times in this unit: ms. [s]
+    --time-unit UNIT             Take the times in this unit: ms. [that of the heading, or s]
     --time-offset SECONDS        Add this to the times of the data. [0]
     --starts N                   Search from so many points of a scan. [3]
     --seed N                     Draw the scan and the bootstrap from this random seed. [0]
@@ -220,7 +221,7 @@ def sweep(
     --workers --dask
     -o, --output FILE  Write the sweep to this file. [results/<name>-sweep.h5]
     --csv FILE         Write a table as CSV.
-    --keep-series      Write the result of each run to the folder FILE.series.
+    --keep-series      Write the result of each run to the folder NAME.series beside NAME.h5.
     --no-clobber --json --quiet --verbose
     """
     from frictionsim.api.sweeping import study_from

@@ -46,7 +46,7 @@ class Estimate(NamedTuple):
 
     errors: dict[str, float | None]  # by name; None if undefined; empty without an estimate
     method: str  # how the errors were estimated, or why not
-    exit_code: int = 0  # of the second run, if a signal stopped it
+    exit_code: int = 0  # of the further run that a signal stopped
     # None without a mesh, or where another one would cost too much or is not possible.
     other_mesh: OtherMesh | None = None
 

@@ -128,7 +128,7 @@ class CostOptions(Options):
     models: Names | None = None
     max_wall: float = unit_field("s", "Limit of the wall time of each run.", MAX_WALL, gt=0)
     repeats: int = Field(REPEATS, ge=1)
-    progress: Annotated[Any, function_of("the name of a setting")] = None
+    progress: Annotated[Any, function_of("a text")] = None
 
     def plan(self, scenario: "Scenario") -> Plan:
         """Return the settings, references and metrics of a study of a scenario.

@@ -9,7 +9,7 @@ from typing import Any
 
 from frictionsim.errors import InputError, ScenarioError, near_files
 from frictionsim.results import HDF5_SIGNATURE
-from frictionsim.scenario.arguments import toml_text
+from frictionsim.scenario.arguments import as_path, toml_text
 from frictionsim.scenario.kinds import kind_names, mechanism_module
 from frictionsim.scenario.model_fields import unknown_key
 from frictionsim.scenario.origin import Origin, near_shipped, origin_of, scenario_file
@@ -81,11 +81,10 @@ def load(
         data = plain(source)
         lines = dict.fromkeys(tables_and_keys(data), 0)
         place = KeyPlaces("scenario", lambda: lines, start=0)
-        return validated(data, place, Origin(), Path(folder), overrides, backend)
+        return validated(data, place, Origin(), as_path("folder", folder), overrides, backend)
     if not isinstance(source, str | PathLike):
         raise InputError(
-            "expected a scenario: its path, a dict of its tables or a Scenario, got"
-            f" {type(source).__name__}"
+            f"expected a scenario: its path or a dict of its tables, got {type(source).__name__}"
         )
     path = scenario_file(source)
     if "\n" in str(path):

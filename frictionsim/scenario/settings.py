@@ -22,7 +22,8 @@ DEFAULT_SAMPLES = 500
 class SolverSettings(Params):
     """`[solver]`: integration method, duration and tolerances.
 
-    A step is accepted if the estimated error of every state y is at most atol + rtol |y|.
+    A step is accepted if the estimated error of every state y is at most atol + rtol |y|; by most
+    of SciPy's methods if the root mean square of error over that is at most 1; a fixed step always.
     """
 
     backend: str = Field("events", description="Integration method.")

@@ -121,7 +121,7 @@ class ContactColumns(NamedTuple):
     velocity: str
     force: str  # its friction, N m or N, or the tension of a rope, N
     mode: str  # as in `frictionsim.results`
-    # What `System.margins` returns, in the unit of the force: limit -+ force, and their roundoff.
+    # What `System.margins` returns, in the unit of the force: limit +- force, and their roundoff.
     forward: str
     backward: str  # empty of a rope
     roundoff: str
@@ -155,7 +155,7 @@ class Mechanism(NamedTuple):
     tolerance_share : float
         Of the absolute tolerance: 1; less for a motion that is far below a radian.
     prescribed : bool
-        The drive gives the velocity of the only coordinate, whatever the method.
+        The drive gives the velocity of the first coordinate, whatever the method.
     torques : callable
         Of the time, s: the torques on a body of one coordinate that rests from the start, N m.
     derived : mapping of name to Derived

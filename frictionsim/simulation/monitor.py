@@ -108,8 +108,9 @@ class WallTimeLimit(RunMonitor):
     def compiling(self, expected: float) -> AbstractContextManager[None]:
         if perf_counter() >= self._end:
             raise self._exceeded(
-                "before kernels were compiled; raise the limit, or compile them with 'frictionsim"
-                " warm-up'"
+                "before kernels were compiled; raise the limit, or compile them before: with"
+                " 'frictionsim warm-up' those of shipped belts, of others by a short run without"
+                " limit"
             )
         return nullcontext()
 

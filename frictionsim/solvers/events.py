@@ -29,7 +29,7 @@ MINIMUM_RESOLUTION = 1e-9  # of the time of the minimum, relative to the interva
 GOLDEN = 0.381966011250105
 RESOLUTION = 1e-12  # of the end of a motion, relative to the step
 SAME_TIME_ULPS = 2.0  # a root search stops at so many units in the last place of the time
-# So many changes of mode within this time, s, are chattering.
+# So many changes of mode within this time, s, or this part of a shorter run, are chattering.
 CHATTERING_EVENTS, CHATTERING_WINDOW = 100, 1e-6
 # A flight shorter than this number of units in the last place of time or position, over 1 - e, is
 # ignored: rounding would give the body as much speed as an impact takes.

@@ -14,10 +14,11 @@ from frictionsim.solvers.rkf45 import Tolerances, check_budget, non_finite_error
 
 @dataclass
 class ScipyStep:
-    """A step of a method of scipy.integrate, whose error is a root mean square over the states.
+    """A step of a method of scipy.integrate.
 
-    The method is restarted for every segment and after a step that is cut, so that it never steps
-    across a discontinuity. `rejected` is 0 for implicit methods, which do not report it.
+    Its error is a root mean square over the states, of LSODA the largest one. The method is
+    restarted for every segment and after a step that is cut, so that it never steps across a
+    discontinuity. `rejected` is 0 for implicit methods, which do not report it.
 
     Attributes
     ----------
@@ -84,7 +85,7 @@ class ScipyStep:
             raise step_underflow(self.t, 10.0 * ulp(self.t), tol.subject)
         t, y, evaluations = float(solver.t), solver.y.tolist(), solver.nfev - before
         # Evaluations of an explicit method for each trial step.
-        stages = getattr(solver, "n_stages", 0) if self.integrator != "Radau" else 0
+        stages = getattr(solver, "n_stages", 0)
         return self._with(
             solver,
             t_old=self.t,

@@ -147,7 +147,7 @@ class System(Protocol):
     def margins(self, t: float, y: list[float], modes: list[int]) -> list[Margins]:
         """Return of each contact the margins of its force and their roundoff, while it holds.
 
-        Of friction the margins forward and backward, limit -+ force; of a rope its tension, and a
+        Of friction the margins forward and backward, limit +- force; of a rope its tension, and a
         number that is not used.
         """
 

@@ -332,7 +332,7 @@ def rim_columns(b: Belt, d: Dampers) -> None:
 def solve_rims(b: Belt, d: Dampers) -> None:
     """Write SPEED_NEW of free pulleys with what sticks to them; add their columns to the first.
 
-        I omega+ + R sum m/kappa^2 (R omega+ + bias) - rim . D = I omega - R sum friction
+        I omega+ + R sum m/kappa^2 (R omega+ + bias) + rim . D = I omega - R sum friction
 
     The system is symmetric and positive definite: it needs no pivots.
     """

@@ -82,7 +82,7 @@ TINY = 1e-300  # a joint of no length has no force; padding may stand in the cen
 FULL_TURN = 2.0 * pi
 ONE = np.uint64(1)  # an index without a sign is not looked at for being negative
 
-MAX_ITERATIONS = 100  # each halves the bracket at least; two or three are the rule
+MAX_ITERATIONS = 100  # of Newton's method in a bracket; two or three are the rule
 PULLEY_TOLERANCE = 1e-13  # of two values of alpha, over the largest that counts
 
 friction_curve = part(curve.friction_curve)

@@ -181,7 +181,7 @@ BISECTIONS = 53  # to the roundoff of a number in 0 to 1
 class Cubic:
     """The angle of the crank between samples, rad: start + u (rise + u (rest + u cubic)).
 
-    From sample i to the next, u goes from 0 to 1. All are (n - 1,).
+    From sample i to the next, u goes from 0 to 1. All are (n - 1,), but `time` (n,).
     """
 
     def __init__(self, motion: Motion) -> None:

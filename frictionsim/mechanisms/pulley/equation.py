@@ -84,7 +84,7 @@ def _reaction(load: float, by_torque: bool, vertical: bool) -> Callable[[float, 
 
 
 def _critical_forces(arm: float, r_s: float, load: float, vertical: bool) -> tuple[float, ...]:
-    """Return the extrema of +-(P - W) r_e - r_s R over P, N."""
+    """Return the extrema of +-(P - W) r_e - r_s R over P, N; 0 where there are none."""
     if vertical:
         return (-load,)
     if r_s <= arm:
