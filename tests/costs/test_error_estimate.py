@@ -39,13 +39,30 @@ def test_the_estimate_is_near_the_error(name: str, law: str, solver: dict[str, A
     assert 0.4 * error < (error_estimate or 0.0) < 4.0 * error
 
 
+@pytest.mark.parametrize("interval", [0.03, 0.04, 0.05])
+def test_the_error_of_an_extreme_has_that_of_the_samples(interval: float) -> None:
+    """The gear is turned evenly, so that the exact peak is the one of uniform speed."""
+    data = {"output.interval": interval, "mechanism.initial_angle_deg": -90.0}
+    run = fs.solve("epicyclic_dwell", data, estimate_error=True)
+    peak, exact = (
+        run.quantities["drive_torque_peak"].value,
+        run.quantities["uniform_torque_max"].value,
+    )
+    error = run.errors["drive_torque_peak"]
+    assert None not in (peak, exact, error)
+    assert abs(peak - exact) > 1e-5
+    # Where its samples come no nearer, four times as many leave a third of the error unseen.
+    assert 0.5 * abs(peak - exact) < error < 1.1 * abs(peak - exact)
+
+
 def test_errors_are_shown_beside_each_quantity(told: Callable[..., tuple[str, str]]) -> None:
     shown, _ = told("solve", "pulley", "--estimate-error")
     head, row = shown.splitlines()[2], shown.splitlines()[8]
     assert head.split() == ["quantity", "value", "error", "unit"]
     assert row.split()[0] == "final_angle"
     assert 1e-12 < float(row.split()[2]) < 1e-8
-    assert "error: the difference to a run with rtol 1e-10, atol 1e-13\n" in shown
+    run = "rtol 1e-10, atol 1e-13, output.interval 0.0025 s"
+    assert f"error: the difference to a run with {run}\n" in shown
     said = json.loads(told("solve", "pulley", "--estimate-error", "--json")[0])
     assert 1e-12 < said["quantities"]["final_angle"]["error"] < 1e-8
     assert said["quantities"]["last_rest_time"]["error"] is None
@@ -104,5 +121,6 @@ def test_a_failed_second_run_keeps_the_first(told: Callable[..., tuple[str, str]
     out, err = told("solve", "pulley", "--estimate-error", "--set", "solver.max_steps=150")
     assert "quantity                      value  unit\n" in out
     assert err.startswith(
-        "frictionsim: warning: no error estimate: run with rtol 1e-10, atol 1e-13 failed: limit"
+        "frictionsim: warning: no error estimate: run with rtol 1e-10, atol 1e-13,"
+        " output.interval 0.0025 s failed: limit"
     )
