@@ -33,7 +33,7 @@ LOOKS = 100  # times of a run besides those of extrema
 def hidden_stick_slip(
     transitions: "Sequence[Transition]", interval: float, duration: float
 ) -> list[str]:
-    """Warn if the interval, s, does not resolve the changes of stick and slip.
+    """Warn if the interval, s, does not resolve the changes of a contact: stick and slip, slack.
 
     The flights of a body that bounces on an end stop, ever shorter ones, do not count, nor do the
     turns of a given speed, which is no contact.
@@ -44,7 +44,7 @@ def hidden_stick_slip(
     shortest = min((time for time in between if time > apart), default=None)
     if shortest is None:
         return []
-    of = f"the shortest time between two changes of stick and slip, {shortest:.6g} s"
+    of = f"the shortest time between two changes of a contact, {shortest:.6g} s"
     return unresolved(interval, shortest, duration, of, "the motion between them")
 
 

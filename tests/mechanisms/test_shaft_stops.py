@@ -71,7 +71,7 @@ def test_ever_shorter_bounces_are_no_reason_to_sample_more_often() -> None:
     # Stick and slip between the stops still is one: changes 0.3 s apart.
     sine = {"sine": {"mean": 0.0, "amplitude": 0.11, "frequency_hz": 1.0}}
     slow = simulate(changed(data, couples=[{"name": "drive", "size": sine}], output__interval=1.0))
-    assert "shortest time between two changes of stick and slip" in slow.warnings[-1]
+    assert "shortest time between two changes of a contact" in slow.warnings[-1]
 
 
 def test_a_thousand_impacts_are_too_many() -> None:

@@ -110,7 +110,7 @@ AT_THE_LIMIT: dict[str, tuple[str, Callable[[float], Any]]] = {
         "couples.push.size.value",
         lambda share: [0.0, 1.2 * share, 1.2 * share, 0.3, 1.2 * share],
     ),
-    # A peak of nanoseconds.
+    # A peak of a nanosecond.
     "shaft_short_peak": ("couples.push.size.value", lambda share: [0.0, 1.2 * share - 0.2, 0.0]),
 }
 
@@ -207,7 +207,7 @@ def test_hundreds_of_stick_slip_cycles_are_equal(backend: str) -> None:
     longer = "output.interval = 0.1 s is longer than a tenth of the"
     assert [warning.partition(":")[0] for warning in done.warnings] == [
         f"{longer} period of drive.force, 0.1 s",
-        f"{longer} shortest time between two changes of stick and slip, 0.0213745 s",
+        f"{longer} shortest time between two changes of a contact, 0.0213745 s",
     ]
     assert modes(done) == [(0, 1), (1, 0)] * cycles
     times = np.array([e.time for e in done.transitions]).reshape(cycles, 2)

@@ -16,7 +16,7 @@ from tests.support.problems import CORD_RADIUS, LOAD, R_S, cases
 from tests.support.scenarios import SCENARIOS, Scenario, changed, pulley, shipped, simulate
 
 SHORTER = "is longer than a tenth of the period of"
-STICK_SLIP = "of the shortest time between two changes of stick and slip"
+STICK_SLIP = "of the shortest time between two changes of a contact"
 TURN = "is longer than a tenth of a turn"
 
 
@@ -83,7 +83,7 @@ def test_warns_of_an_interval_too_long_for_stick_slip(seed: int, backend: str) -
         warnings = warnings_with(record, STICK_SLIP)
         assert bool(warnings) is due
         if due:
-            assert number_after(warnings[0], "slip, ") == pytest.approx(shortest, rel=1e-5)
+            assert number_after(warnings[0], "contact, ") == pytest.approx(shortest, rel=1e-5)
 
 
 def test_regularised_friction_gets_no_stick_slip_warning() -> None:

@@ -416,7 +416,8 @@ def empty_patches(scenario: "BeltDriveScenario") -> Iterator[str]:
             yield (
                 f"no body of the belt lies in effects.patch{f'.{i}' if len(patches) > 1 else ''},"
                 f" {patches[i].start} to {patches[i].end} m: the patch changes nothing; make it"
-                f" longer than a body, {length:.4g} m"
+                f" longer than a body, {length:.4g} m, on the belt's"
+                f" {length * scenario.mechanism.belt.bodies:.4g} m"
             )
 
 

@@ -27,7 +27,7 @@ from frictionsim.scenario.signal_tables import ONE, SUM, SpeedOrTimeSignals, Tim
 # A body longer than this part of a radius cannot follow the curve: two to half a turn.
 MAX_BODY_OVER_RADIUS = pi / 2
 MAX_STRAIN = 0.5  # of a law of springs that is linear
-ENOUGH = 4  # times as many bodies as are needed: quantities depend little on their number then
+ENOUGH = 4  # times as many bodies as are needed: to begin with
 ROUNDING = 1e-12  # of the belt's length: shorter pieces vanish in sums of lengths
 
 
@@ -540,8 +540,8 @@ def _missing_bodies(path: Path, pulleys: Sequence[PulleyTable], bodies: int) -> 
         return None
     return (
         f"{bodies} bodies of {path.length / bodies:.3g} m cannot follow the curve of"
-        f" '{smallest.name}', radius {smallest.radius} m; it takes at least {needed:.10g}, and"
-        f" about {ENOUGH * needed:.10g} for quantities that depend little on their number"
+        f" '{smallest.name}', radius {smallest.radius} m; it takes at least {needed:.10g};"
+        f" begin with about {ENOUGH * needed:.10g}, 'frictionsim cost' compares them with more"
     )
 
 
@@ -571,6 +571,6 @@ def _missing_points(
         return None
     return (
         f"{points} bodies, {path.length / points:.3g} m apart, are too few for {what},"
-        f" {length:.3g} m: a belt without effects.contact needs at least {needed} here, and about"
-        f" {ENOUGH * needed} for quantities that depend little on their number"
+        f" {length:.3g} m: a belt without effects.contact needs at least {needed} here;"
+        f" begin with about {ENOUGH * needed}, 'frictionsim cost' compares them with more"
     )
