@@ -58,6 +58,17 @@ def half_angle(radii: tuple[float, float], rho: float, distance: float) -> float
     return float(brentq(excess, fine[first - 1], fine[first], xtol=1e-15))
 
 
+def test_a_crank_that_rests_within_a_passage_does_not_dwell_there() -> None:
+    """It turns by an eighth to a cusp, rests there for a second, and turns on by an eighth."""
+    slow = 2.0 * (0.25 * pi - 0.7)  # s, of a speed that falls from 1 rad/s to rest, or rises
+    times = [0.0, 0.7, 0.7 + slow, 1.7 + slow, 1.7 + 2.0 * slow, 2.4 + 2.0 * slow]
+    speed = {"time": times, "value": [1.0, 1.0, 0.0, 0.0, 1.0, 1.0]}
+    rests = gear({"speed": speed}, times[-1], start_deg=-45.0)
+    assert value(rests, "tracer_dwell_time") is None
+    passes = gear({"speed": 1.0}, 0.5 * pi, start_deg=-45.0)
+    assert value(passes, "tracer_dwell_time") is not None
+
+
 @pytest.mark.parametrize(
     ("duration", "radii", "rho", "distance"),
     [
