@@ -100,6 +100,12 @@ def test_without_gravity_there_is_no_weight() -> None:
     assert run.channels["angle"][-1] == pytest.approx(0.5 * (1.0 - 0.3) / 0.06696, rel=1e-10)
 
 
+def test_rolling_friction_without_weight_is_told() -> None:
+    run = simulate(gear(effects__gravity=None, effects__hinge_friction=None, drive__torque=1.0))
+    assert [w.partition(",")[0] for w in run.warnings] == ["effects.rolling_friction has no effect"]
+    assert run.channels["angle"][-1] == pytest.approx(0.5 / 0.06696, rel=1e-10)
+
+
 @pytest.mark.parametrize(
     ("radius", "x", "y"),
     [(0.06, 0.1314402418608, 0.0041610212473), (0.03, 0.1526534452964, 0.0253742246829)],

@@ -85,7 +85,7 @@ def constants_of(scenario: EpicyclicScenario) -> Constants:
     G_2 = geometry.planet_mass * g
     K = (0.5 * geometry.crank_mass * g + G_2) * geometry.length
     is_radial = rolling is not None and rolling.normal_load == "radial"
-    parts = {"hinge": hinge is not None, "mesh": rolling is not None and (is_radial or G_2 > 0.0)}
+    parts = {"hinge": hinge is not None, "mesh": rolling is not None}
     couple = over_speed(*((hinge.torque_kinetic, hinge.torque_static) if hinge else (0.0, 0.0)))
     arm = over_speed(*((rolling.rolling_arm, rolling.arm) if rolling else (0.0, 0.0)))
     return Constants(
