@@ -88,12 +88,12 @@ def pytest_collection_finish(session: pytest.Session) -> None:
         folder = session.config._tmp_path_factory.getbasetemp().parent  # type: ignore[attr-defined]
         numbers = range(len(COMPILED_FIRST))
         for number in reversed(numbers) if int(worker.removeprefix("gw")) % 2 else numbers:
-            name, changes = COMPILED_FIRST[number]
-            data = fs.load(name).to_dict()
-            for key, value in {"solver.duration": 1e-6, **changes}.items():
-                data = scenarios.changed(data, **{key.replace(".", "__"): value})
-            # What does not compile is told by the tests that need it.
+            # What cannot be compiled or loaded is told by the tests that need it.
             with FileLock(folder / f"kernels-{number}.lock"), suppress(Exception):
+                name, changes = COMPILED_FIRST[number]
+                data = fs.load(name).to_dict()
+                for key, value in {"solver.duration": 1e-6, **changes}.items():
+                    data = scenarios.changed(data, **{key.replace(".", "__"): value})
                 fs.solve(data)
     _keep_what_is_there()
 
