@@ -25,7 +25,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from _pytest.runner import runtestprotocol
 from hypothesis import Phase, settings
 
 from tests.faults.started_python import read_for_a_digest
@@ -130,27 +129,32 @@ def _write_used(test: str) -> None:
         file.write(json.dumps(used) + "\n")
 
 
-@pytest.hookimpl(tryfirst=True, specname="pytest_runtest_protocol")
-def pytest_run_apart(item: pytest.Item) -> bool | None:
-    """Run a test whose use is asked for in a process of its own."""
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtestloop(session: pytest.Session) -> bool | None:
+    """Run each test in a process of its own where what it uses is asked for."""
     if not place:
         return None
-    with tempfile.TemporaryDirectory() as folder:
-        if (child := _forked()) != 0:
+    for item in session.items:
+        with tempfile.TemporaryDirectory() as folder:
+            if (child := _forked()) == 0:
+                _run_and_exit(item, folder)
             if os.waitpid(child, 0)[1]:
                 started.add("unseen")
                 _write_used(item.nodeid)
                 started.remove("unseen")
-            return True
-        os.environ["PYTEST_DEBUG_TEMPROOT"] = folder  # also of what tests share
-        os.environ["FAULTS_STARTED"] += f"-{os.getpid()}"
-        code = 1
-        try:
-            runtestprotocol(item, nextitem=None)
-            _write_used(item.nodeid)
-            code = 0
-        finally:
-            os._exit(code)
+    return True
+
+
+def _run_and_exit(item: pytest.Item, folder: str) -> None:
+    os.environ["PYTEST_DEBUG_TEMPROOT"] = folder  # also of what tests share
+    os.environ["FAULTS_STARTED"] += f"-{os.getpid()}"
+    code = 1
+    try:
+        item.config.hook.pytest_runtest_protocol(item=item, nextitem=None)
+        _write_used(item.nodeid)
+        code = 0
+    finally:
+        os._exit(code)
 
 
 def _forked() -> int:
