@@ -176,7 +176,7 @@ def test_what_the_load_does() -> None:
     rows = (
         ("force to lift", "N", lift, 2, 2),
         ("force to hold", "N", hold, 2, 2),
-        ("final speed", "rad/s", speeds, 4, 1),
+        ("final speed, with `solver.duration=40`", "rad/s", speeds, 4, 1),
     )
     for words, unit, (one, two), digits, percent in rows:
         row = f"| {words} | {one:.{digits}f} {unit} | {two:.{digits}f} {unit} |"
