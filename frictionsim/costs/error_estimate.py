@@ -3,8 +3,8 @@
 An adaptive run is repeated with a tenth of its tolerances and, with regularised friction, of its
 transition speed; the difference estimates the error of the first run. A fixed step is halved and
 the difference doubled: at a switch of the friction the error is of first order in the step, so
-that the second run has half of it (Richardson). The second run has more samples, too, as many a
-quantity is an extreme of the samples; that of a mesh has not, as its means are over the samples.
+that the second run has half of it (Richardson). Extremes are those of the samples, so that the
+second run has more of them; not that of a belt, whose means are over its samples.
 
 What has a mesh is solved on a finer one as well, and its quantities there stand beside the errors,
 by name: they tell the size of what the mesh does, and are no bound of its error.
